@@ -3,6 +3,7 @@
 // log of the emulated device, a separate process with its own clock; none from the server's frames.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <sstream>
 
 #include "proto/ipc/control_socket.h"
 #include "tests/process/emulator_process.h"
@@ -28,26 +29,12 @@ const WoodenHapticsGeometry kArm;
 
 /// The hand hovers 2 mm over the plane z = 0, aims 10 mm below it, rests there, lifts.
 std::vector<std::string> pressing(const std::string& hand = "typical") {
-  return {"--hand",
-          hand,
-          "--centre",
-          "0 mm",
-          "0 mm",
-          "-10 mm",
-          "--direction",
-          "0",
-          "0",
-          "1",
-          "--hover",
-          "12 mm",
-          "--press",
-          "0 mm",
-          "--stroke-angle",
-          "0 deg",
-          "--stroke-time",
-          "8 s",
-          "--tremor",
-          "0 mm"};
+  std::istringstream all("--hand|" + hand +
+                         "|--centre|0 mm|0 mm|-10 mm|--direction|0|0|1|--hover|12 mm|--press|0 mm|"
+                         "--stroke-angle|0 deg|--stroke-time|8 s|--tremor|0 mm");
+  std::vector<std::string> words;
+  for (std::string word; std::getline(all, word, '|');) words.push_back(word);
+  return words;
 }
 
 std::string write_session(const std::string& folder) {
@@ -95,6 +82,12 @@ Records commands(Records records) {
   std::erase_if(records,
                 [](const EmulatorRecord& r) { return r.event != EmulatorEvent::kCommand; });
   return records;
+}
+
+/// Commands after an instant.
+Records commands_since(Records records, int64_t t_ns) {
+  std::erase_if(records, [&](const EmulatorRecord& r) { return r.t_ns <= t_ns; });
+  return commands(std::move(records));
 }
 
 /// Whether that many of the last commands are a firm press, each exactly the spring.
@@ -282,19 +275,14 @@ TEST_CASE("emulator: hapticd lets go of the device for a servo that cannot, and 
   const int64_t stopped_ns = now_ns();
   kill(servo, signal);
   // hapticd replaces it; the new servo greets the device and starts softly
-  const auto after = [&](const Records& records) {
-    return std::find_if(records.begin(), records.end(),
-                        [&](const EmulatorRecord& r) { return r.t_ns > stopped_ns; });
-  };
   REQUIRE(eventually([&] {
-    const Records all = commands(s.emulator.records());
     return s.watcher.servo.latest(s.watcher.servo_frame) && s.watcher.servo.generation() == 2 &&
-           is_pressing({after(all), all.end()}, 50);
+           is_pressing(commands_since(s.emulator.records(), stopped_ns), 50);
   }));
   const Records records = s.emulator.records();
-  const Records all = commands(records);
-  const auto zero = std::find_if(
-      after(all), all.end(), [](const EmulatorRecord& r) { return r.currents == Milliamperes{}; });
+  const Records all = commands_since(records, stopped_ns);
+  const auto zero =
+      std::ranges::find(all, Milliamperes{}, [](const EmulatorRecord& r) { return r.currents; });
   REQUIRE(zero != all.end());
   // not the firmware's watchdog; the fault tests check how fast, with a witness
   CHECK(std::none_of(records.begin(), records.end(), [&](const EmulatorRecord& r) {
@@ -327,19 +315,12 @@ TEST_CASE("emulator: a device that stops answering feels nothing old when it goe
   const int64_t resumed_ns = now_ns();
   s.emulator.send(SIGCONT);
   REQUIRE(noticed);
-  const auto first_of = [&](const Records& all) {
-    return std::find_if(all.begin(), all.end(),
-                        [&](const EmulatorRecord& r) { return r.t_ns > resumed_ns; });
-  };
-  REQUIRE(eventually([&] {
-    const Records all = commands(s.emulator.records());
-    return is_pressing({first_of(all), all.end()}, 50);
-  }));
+  REQUIRE(eventually(
+      [&] { return is_pressing(commands_since(s.emulator.records(), resumed_ns), 50); }));
   const Records records = s.emulator.records();
-  const Records all = commands(records);
-  const auto back = first_of(all);
-  CHECK(back->force_B == Vec3{});
-  check_soft_start(back, all.end());
+  const Records all = commands_since(records, resumed_ns);
+  CHECK(all.front().force_B == Vec3{});
+  check_soft_start(all.begin(), all.end());
   check_never_too_much(records);
 }
 

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <sys/socket.h>
 #include <unistd.h>
+#include <span>
 
 #include <array>
 #include <deque>
@@ -12,16 +13,16 @@
 #include <string>
 #include <utility>
 
-#include "device-io/device.h"
 #include "device-io/emulator/firmware.h"
 #include "proto/config/device_config.h"
+#include "tests/support/driver/bench.h"
 
 namespace haptic::test {
 
 /// The real driver and the emulated board on virtual time: a socket pair replaces the serial line,
 /// and the board runs every quarter of a millisecond.
 template <typename Driver>
-class EmulatedArm final : public Device {
+class EmulatedArm final : public DriverBench {
  public:
   explicit EmulatedArm(const EmulatedDeviceOptions& options, const DeviceConfig& config = {})
       : board_(options, 0) {
@@ -37,33 +38,59 @@ class EmulatedArm final : public Device {
     hear();
   }
 
-  DeviceCaps caps() const override { return driver_->caps(); }
-  std::string description() const override { return driver_->description(); }
-  bool read(const TickTime& tick, DeviceState& state) override {
-    pass(tick.now_ns);
-    return driver_->read(tick, state);
-  }
-  /// Time passes for the board only.
-  void pass(int64_t t_ns) {
+  void pass(int64_t t_ns) override {
     while (turned_ns_ + kTurnNs <= t_ns) turn(turned_ns_ + kTurnNs);
   }
-  void write(const Wrench& F_B) override { driver_->write(F_B); }
-  void stop() override { driver_->stop(); }
+  void lie(Lie how) override {
+    lie_ = how;
+    mirror_ = board_.record().counts[encoder];
+    board_.lie(fault_of(how));
+    board_.disturb({}, 0);
+  }
+  void cut() override {
+    is_cut_ = true;
+    shutdown(wire_.get(), SHUT_WR);
+  }
+  void tell(std::span<const uint8_t> bytes) override {
+    board_.receive({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  }
+  const HandPlant& plant() const override { return board_.plant(); }
+  Wrench felt_B() const override { return {board_.record().force_B, board_.record().torque_B}; }
+  double effort() const override { return largest_of(board_.record().currents); }
+  uint64_t oddities() const override { return driver().rejected(); }
 
-  /// Delay until the driver can read the board's answers; their order is kept.
-  int64_t delay_ns = 0;
-
-  /// Descriptor of the driver's end.
-  int node() const { return node_; }
+  int64_t t_ns() const override { return turned_ns_; }
+  int node() const override { return node_; }
 
   EmulatedDevice& board() { return board_; }
-  const Driver& driver() const { return *driver_; }
+  const Driver& driver() const { return static_cast<const Driver&>(*driver_); }
 
  private:
   static constexpr int64_t kTurnNs = 250'000;
 
+  static EmulatorFault fault_of(Lie how) {
+    switch (how) {
+      case Lie::kFrozen:
+        return EmulatorFault::kFrozen;
+      case Lie::kOldFirst:
+        return EmulatorFault::kOldFirst;
+      case Lie::kDelayed:
+        return EmulatorFault::kDelayed;
+      case Lie::kNoise:
+        return EmulatorFault::kNoise;
+      case Lie::kTurnNoise:
+        return EmulatorFault::kTurnNoise;
+      default:
+        return EmulatorFault::kHealthy;
+    }
+  }
+
   void turn(int64_t t_ns) {
     turned_ns_ = t_ns;
+    if (lie_ == Lie::kSilent || is_cut_) return;
+    MotorCounts off{};
+    off[encoder] = lie_ == Lie::kFlipped ? 2 * (mirror_ - board_.record().counts[encoder]) : 3000;
+    if (lie_ == Lie::kFlipped || lie_ == Lie::kSlipped) board_.disturb(off, 10);
     const std::string asked = hear();
     board_.receive({asked.data(), asked.size()});
     board_.turn(t_ns);
@@ -88,8 +115,20 @@ class EmulatedArm final : public Device {
   std::deque<std::pair<int64_t, std::string>> under_way_;
   FileDescriptor wire_;
   int node_ = -1;
-  std::unique_ptr<Driver> driver_;
+  Lie lie_ = Lie::kHealthy;
+  bool is_cut_ = false;
+  int32_t mirror_ = 0;               // of an encoder that counts backwards
   int64_t turned_ns_ = 999'000'000;  // the first tick of virtual time is at one second
 };
+
+/// A driver of a line, before the board of its arm or of another one.
+template <typename Driver, const Arm& (*arm)()>
+std::unique_ptr<DriverBench> open_line(const SimulatedHandConfig& hand,
+                                       const DeviceConfig& config) {
+  EmulatedDeviceOptions options;
+  options.hand = hand;
+  options.arm = &arm();
+  return std::make_unique<EmulatedArm<Driver>>(options, config);
+}
 
 }  // namespace haptic::test

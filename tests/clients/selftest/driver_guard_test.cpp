@@ -43,19 +43,17 @@ constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kVirtualStartNs = 1'001'000'000;  // of the emulated devices' clocks
 
 /// A typical hand that presses 8 mm below a place of B, along `out`, and strokes a little.
-template <typename Options>
-Options pressing(const Vec3& at_B, const Vec3& out_B) {
-  Options options{};
-  options.hand.mass = 0.2;
-  options.hand.damping = 0.5;
-  options.hand.coulomb_friction = 0.1;
-  options.hand.inertia = 1e-4;
-  put_into_hand(*find_hand("typical"), options.hand);
-  IntentConfig& intent = options.hand.intent;
-  intent.centre_B = at_B - 0.008 * out_B;
-  intent.direction_B = out_B;
-  intent.hover_radius = intent.press_radius = intent.stroke_angle = 0;
-  return options;
+SimulatedHandConfig pressing(const Vec3& at_B, const Vec3& out_B) {
+  SimulatedHandConfig hand;
+  hand.mass = 0.2;
+  hand.damping = 0.5;
+  hand.coulomb_friction = 0.1;
+  hand.inertia = 1e-4;
+  put_into_hand(*find_hand("typical"), hand);
+  hand.intent.centre_B = at_B - 0.008 * out_B;
+  hand.intent.direction_B = out_B;
+  hand.intent.hover_radius = hand.intent.press_radius = hand.intent.stroke_angle = 0;
+  return hand;
 }
 
 struct SocketPair {
@@ -71,35 +69,29 @@ struct SocketPair {
   }
 };
 
-template <typename Driver>
-GuardedDevice line_device(const DeviceConfig& config, const Arm& arm) {
-  auto options = pressing<EmulatedDeviceOptions>({}, {0, 0, 1});
-  options.arm = &arm;
-  auto device = std::make_unique<EmulatedArm<Driver>>(options, config);
-  EmulatedArm<Driver>* arm_device = device.get();
-  const int node = device->node();
-  return {std::make_unique<PlayedDevice>(
-              std::move(device), [arm_device](int64_t t_ns) { arm_device->pass(t_ns); },
-              kVirtualStartNs),
-          node};
+GuardedDevice played(std::unique_ptr<DriverBench> bench) {
+  DriverBench* const device = bench.get();
+  const auto pass = [device](int64_t t_ns) { device->pass(t_ns); };
+  return {std::make_unique<PlayedDevice>(std::move(bench), pass, device->t_ns() + kMs),
+          device->node()};
+}
+
+template <typename Driver, const Arm& (*arm)()>
+GuardedDevice line_device(const DeviceConfig& config) {
+  return played(open_line<Driver, arm>(pressing({}, {0, 0, 1}), config));
 }
 
 GuardedDevice falcon_device(const DeviceConfig& config) {
-  auto options = pressing<EmulatedFalconOptions>({}, {0, 1, 0});
-  options.has_firmware = true;
-  auto bench = std::make_unique<FalconBench>(options, config);
-  FalconBench* falcon = bench.get();
-  return {std::make_unique<PlayedDevice>(
-      std::move(bench), [falcon](int64_t t_ns) { falcon->pass(t_ns); }, kVirtualStartNs)};
+  EmulatedFalconOptions options;
+  options.hand = pressing({}, {0, 1, 0});
+  return played(std::make_unique<FalconBench>(options, config));
 }
 
 GuardedDevice hid_arm_device(const DeviceConfig& config) {
-  auto options = pressing<EmulatedHidArmOptions>({}, {0, 0, 1});
+  EmulatedHidArmOptions options;
+  options.hand = pressing({}, {0, 0, 1});
   options.arm = config.hid_arm;
-  auto bench = std::make_unique<HidArmBench>(options, config);
-  HidArmBench* arm = bench.get();
-  return {std::make_unique<PlayedDevice>(
-      std::move(bench), [arm](int64_t t_ns) { arm->pass(t_ns); }, kVirtualStartNs)};
+  return played(std::make_unique<HidArmBench>(options, config));
 }
 
 /// Pushed down for three seconds in four, else to the right and up.
@@ -125,7 +117,8 @@ GuardedDevice spacemouse_device(const DeviceConfig& config) {
 /// The board answers its driver's greeting in real time, then on the loop's time: it is asked just
 /// after the tick before.
 GuardedDevice haply_device(const DeviceConfig& config) {
-  auto options = pressing<EmulatedHaplyOptions>({0, 0.08, 0}, {0, -1, 0});
+  EmulatedHaplyOptions options;
+  options.hand = pressing({0, 0.08, 0}, {0, -1, 0});
   options.arm = config.pantograph;
   auto board = std::make_shared<EmulatedHaply>(options);
   auto wire = std::make_shared<SocketPair>(SOCK_STREAM);
@@ -155,13 +148,10 @@ struct Driver {
 const std::vector<Driver>& drivers() {
   static const std::vector<Driver> kAll{
       {DeviceKind::kWoodenHaptics, "woodenhaptics.toml",
-       [](const DeviceConfig& c) { return line_device<WoodenHaptics>(c, woodenhaptics_arm()); }},
-      {DeviceKind::kSixMotors, "own-device.toml",
-       [](const DeviceConfig& c) { return line_device<SixMotors>(c, six_motors_arm()); }},
-      {DeviceKind::kOwnDevice, "own-device.toml",
-       [](const DeviceConfig& c) { return line_device<OwnDevice>(c, own_device_arm()); }},
-      {DeviceKind::kPolhem, "polhem.toml",
-       [](const DeviceConfig& c) { return line_device<Polhem>(c, polhem_arm()); }},
+       line_device<WoodenHaptics, &woodenhaptics_arm>},
+      {DeviceKind::kSixMotors, "own-device.toml", line_device<SixMotors, &six_motors_arm>},
+      {DeviceKind::kOwnDevice, "own-device.toml", line_device<OwnDevice, &own_device_arm>},
+      {DeviceKind::kPolhem, "polhem.toml", line_device<Polhem, &polhem_arm>},
       {DeviceKind::kFalcon, "falcon.toml", falcon_device},
       {DeviceKind::kHidArm, "woodenhaptics-hid.toml", hid_arm_device},
       {DeviceKind::kSpaceMouse, "spacemouse.toml", spacemouse_device},

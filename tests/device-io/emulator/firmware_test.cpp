@@ -37,11 +37,6 @@ std::string tell(EmulatedDevice& device, std::string_view text, int64_t t_ns) {
   return said;
 }
 
-/// The error code at the end of an answer.
-int error_of(const std::string& answer) {
-  return std::stoi(answer.substr(answer.rfind(',') + 1));
-}
-
 }  // namespace
 
 TEST_CASE("emulator: the motors are off 100 ms after the last good line, and it is counted",
@@ -99,17 +94,6 @@ TEST_CASE("emulator: the watchdog keeps its instant when the emulator itself is 
   CHECK(device.record().t_ns == 110 * kMs);
 }
 
-TEST_CASE("emulator: a line followed by another before it is read loses both", "[device-io]") {
-  EmulatedDevice device(still_hand(), 0);
-  tell(device, "[7,8,9]\n", kMs);
-  const std::string said = tell(device, "[100,0,0]\n[200,0,0]\n", 2 * kMs);
-  CHECK(said.find(",8]\n") != std::string::npos);
-  CHECK(said.find(",256]\n") != std::string::npos);
-  CHECK(device.record().currents == Milliamperes{7, 8, 9});
-  CHECK(device.record().commands == 1);
-  CHECK(device.record().rejected == 2);
-}
-
 TEST_CASE("emulator: of lines that waited for it, it obeys the last at most", "[device-io]") {
   const int forces = GENERATE(range(1, 6)), zeros = GENERATE(range(1, 6));
   CAPTURE(forces, zeros);
@@ -122,29 +106,6 @@ TEST_CASE("emulator: of lines that waited for it, it obeys the last at most", "[
     device.turn(kMs);
     REQUIRE(device.record().currents == Milliamperes{});
   }
-}
-
-TEST_CASE("emulator: what is no command is answered with its error and changes nothing",
-          "[device-io]") {
-  const auto [text, error] = GENERATE(table<std::string, int>({{"[1,2]\n", 512},
-                                                               {"[1,2,3,4]\n", 512},
-                                                               {"1,2,3]\n", 256},
-                                                               {"[a,b,c]\n", 1024},
-                                                               {"[1,,3]\n", 1024},
-                                                               {std::string(127, '7'), 128}}));
-  CAPTURE(text);
-  EmulatedDevice device(still_hand(), 0);
-  tell(device, "[7,8,9]\n", kMs);
-  const std::string said = tell(device, text, 2 * kMs);
-  CHECK(error_of(said) == error);
-  CHECK(device.record().currents == Milliamperes{7, 8, 9});
-  CHECK(device.record().rejected == 1);
-}
-
-TEST_CASE("emulator: a current beyond the amplifiers' limit is taken for zero", "[device-io]") {
-  EmulatedDevice device(still_hand(), 0);
-  tell(device, "[6000,6001,-6001]\n", kMs);
-  CHECK(device.record().currents == Milliamperes{6000, 0, 0});
 }
 
 TEST_CASE("emulator: a torn line makes the firmware drop the next, not the one after",

@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "device-io/hand/simulated_hand.h"
 #include "tests/support/near.h"
@@ -88,35 +89,49 @@ TEST_CASE("led intent: its speed is bounded, and it never overshoots", "[device-
 
 TEST_CASE("simulated hand: led, it begins and ends without a jump and goes on as configured",
           "[device-io]") {
-  const DeviceConfig config;
+  DeviceConfig config;
+  config.max_torque = 0.3;
+  config.hand.inertia = 1e-4;
+  config.hand.intent.stroke_time = 1.2;
+  config.hand.intent.turn_angle = 0.4;
   SimulatedHand led(config), alone(config);
-  const Vec3 place_B = config.hand.intent.centre_B + Vec3{0, 0.1, 0.02};
-  Vec3 before_B = led.plant().intent_B, v_B;
-  double fastest = 0, jerked = 0;
-  for (int64_t k = 0; k < 4000; ++k) {
-    const bool leads = k >= 700 && k < 2000;
+  const Pose wanted{config.hand.intent.centre_B + Vec3{0, 0.1, 0.02},
+                    from_rotation_vector({0.5, 0.2, -2.8})};
+  HandPlant before = led.plant();
+  Twist velocity;
+  double fastest = 0, spinning = 0, jerked = 0, twisted = 0;
+  for (int64_t k = 0; k < 6000; ++k) {
+    const bool leads = k >= 700 && k < 3000;
     const DeviceState state = read_at(led, k);
     read_at(alone, k);
-    led.lead(leads ? std::optional(Pose{place_B, {}}) : std::nullopt);
-    if (k > 0) {
-      const Vec3 now_v_B = (led.plant().intent_B - before_B) / 1e-3;
-      fastest = std::max(fastest, norm(now_v_B));
-      if (k > 1) jerked = std::max(jerked, norm(now_v_B - v_B));
-      v_B = now_v_B;
-    }
-    before_B = led.plant().intent_B;
-    REQUIRE(((state.flags & kDeviceLed) != 0) == (k > 700 && k <= 2000));
-    if (k == 1999) {
-      CHECK_THAT(before_B, IsNear(place_B, 1e-6));
-      CHECK_THAT(state.X_BH.p, IsNear(place_B, 1e-3));
+    led.lead(leads ? std::optional(wanted) : std::nullopt);
+    const HandPlant& now = led.plant();
+    const Twist v{(now.intent_B - before.intent_B) / 1e-3,
+                  to_rotation_vector(now.intent_q_B * conjugate(before.intent_q_B)) / 1e-3};
+    if (k > 1) fastest = std::max(fastest, norm(v.v)), spinning = std::max(spinning, norm(v.w));
+    if (k > 2) jerked = std::max(jerked, norm(v.v - velocity.v));
+    if (k > 2) twisted = std::max(twisted, norm(v.w - velocity.w));
+    velocity = v;
+    before = now;
+    REQUIRE(((state.flags & kDeviceLed) != 0) == (k > 700 && k <= 3000));
+    if (k == 2999) {
+      CHECK_THAT(now.intent_B, IsNear(wanted.p, 1e-6));
+      CHECK_THAT(state.X_BH.p, IsNear(wanted.p, 1e-3));
+      CHECK_THAT(to_rotation_vector(now.intent_q_B * conjugate(wanted.q)), IsNear({}, 1e-6));
     }
     // before it is led and once it is back, the intent is its own to the bit
-    if (k <= 700 || k > 3200) REQUIRE(before_B == alone.plant().intent_B);
+    if (k > 700 && k <= 5500) continue;
+    REQUIRE(now.intent_B == alone.plant().intent_B);
+    REQUIRE(now.intent_q_B == alone.plant().intent_q_B);
   }
-  // its own motion and that of the lead
+  // its own motion, at most 1.875·0.4/0.6 s of turning, and that of the lead
   CHECK(fastest < kMostLedSpeed + 0.5);
-  // a jump of 1 mm would be 1 m/s; the filter's acceleration is ω² · 0.15 m at most, over 1 ms
+  CHECK(spinning < kMostLedSpin + 1.25);
+  CHECK(spinning > 0.9 * kMostLedSpin);
+  // a jump of 1 mm would be 1 m/s, one of a tenth of a degree 1.7 rad/s; the filter's acceleration
+  // is ω² · 0.15 m and ω² · 3 rad at most, over 1 ms
   CHECK(jerked < kLedRate * kLedRate * 0.15 * 1e-3);
+  CHECK(twisted < kLedRate * kLedRate * 3 * 1e-3);
 }
 
 TEST_CASE("simulated hand: nobody is led by what is no place, and never out of the workspace",

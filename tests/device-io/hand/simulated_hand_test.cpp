@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "device-io/hand/simulated_hand.h"
 
-#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <numbers>
-#include <optional>
 #include <vector>
 
 #include "tests/support/near.h"
@@ -49,6 +47,21 @@ bool same_bits(const std::vector<DeviceState>& a, const std::vector<DeviceState>
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0;
 }
 
+/// A handle that turns, held by a wrist that stands still.
+DeviceConfig turning_device() {
+  DeviceConfig config;
+  config.max_torque = 0.3;
+  config.hand.inertia = 1e-4;
+  config.hand.intent.stroke_time = 1e6;  // stands still
+  config.hand.intent.tremor_amplitude = 0;
+  return config;
+}
+
+/// Place or rotation vector.
+Vec3 part_of(const Pose& X_BH, bool turns) {
+  return turns ? to_rotation_vector(X_BH.q) : X_BH.p;
+}
+
 }  // namespace
 
 TEST_CASE("simulated hand: one seed gives the same states to the bit, another seed others",
@@ -72,66 +85,79 @@ TEST_CASE("simulated hand: it touches what it strokes and is flagged as simulate
   CHECK(touching < 5000);
 }
 
-TEST_CASE("simulated hand: the position is the encoder's step below the true one", "[device-io]") {
-  DeviceConfig config;
+TEST_CASE("simulated hand: the pose is the encoder's step below the true one, turned or moved",
+          "[device-io]") {
+  const bool turns = GENERATE(false, true);
+  const double step = turns ? 1e-3 : 1e-4;
+  DeviceConfig config = turning_device();
   config.hand.encoder_step = 1e-4;
+  config.hand.angle_step = 1e-3;
   SimulatedHand hand(config);
+  const Vec3 began = part_of({hand.plant().p_B, hand.plant().q_B}, turns);
+  Vec3 there;
   for (int k = 0; k < 500; ++k) {
-    const Vec3 p_B = read_at(hand, k * kMs).X_BH.p;
+    const Vec3 read = part_of(read_at(hand, k * kMs).X_BH, turns);
+    there = part_of({hand.plant().p_B, hand.plant().q_B}, turns);
     for (int i = 0; i < 3; ++i) {
-      const double below = hand.plant().p_B[i] - p_B[i];
-      REQUIRE(below >= -tol(kAlgebra));
-      REQUIRE(below < 1e-4 + tol(kAlgebra));
-      REQUIRE(std::fabs(std::remainder(p_B[i], 1e-4)) <= tol(kAlgebra));
+      REQUIRE(there[i] - read[i] >= -tol(kAlgebra));
+      REQUIRE(there[i] - read[i] < step + tol(kAlgebra));
+      REQUIRE(std::fabs(std::remainder(read[i], step)) <= tol(kAlgebra));
     }
+    hand.write({{2, -1, 0.5}, {0.2, -0.1, 0.05}});
   }
+  CHECK(norm(there - began) > 20 * step);
 }
 
 TEST_CASE("simulated hand: the velocity follows a ramp after the time constant of its filter",
           "[device-io]") {
-  DeviceConfig config;
-  config.hand.encoder_step = 0;
-  config.hand.coulomb_friction = 0;
-  config.hand.hand_stiffness = config.hand.hand_damping = config.hand.hand_mass = 0;
-  config.hand.mass = 1;
-  config.hand.damping = 0;
+  const bool turns = GENERATE(false, true);
+  DeviceConfig config = turning_device();
+  SimulatedHandConfig& h = config.hand;
+  h.encoder_step = h.coulomb_friction = h.damping = 0;
+  h.hand_stiffness = h.hand_damping = h.hand_mass = 0;
+  h.angle_step = h.rotational_friction = h.rotational_damping = 0;
+  h.hand_rotational_stiffness = h.hand_rotational_damping = h.hand_inertia = 0;
   SimulatedHand hand(config);
-  // a constant force: v = a t, seen late by the pole and half a period of differencing
-  const double a = 0.5, T = 1e-3, pole = 1 / (2 * std::numbers::pi * 100);
+  // a constant push: v = a t, seen late by the pole and half a period of differencing
+  const double a = turns ? 20 : 0.5, T = 1e-3, pole = 1 / (2 * std::numbers::pi * 100);
+  const Vec3 axis = normalized(Vec3{2, -1, 2});
   DeviceState state{};
   for (int k = 0; k <= 100; ++k) {
-    hand.read(tick_at(k * kMs), state);
-    hand.write({{a, 0, 0}, {}});
+    state = read_at(hand, k * kMs);
+    hand.write({turns ? Vec3{} : a * h.mass * axis, turns ? a * h.inertia * axis : Vec3{}});
   }
   // y += T/(T+τ)(u − y) lags a ramp by τ
-  CHECK_THAT(state.V_BH.v, IsNear({a * (0.1 - T / 2 - pole), 0, 0}, 1e-6));
-  CHECK_THAT(hand.plant().v_B, IsNear({a * 0.1, 0, 0}, 1e-9));
+  const Vec3 seen = turns ? state.V_BH.w : state.V_BH.v;
+  CHECK_THAT(seen, IsNear(a * (0.1 - T / 2 - pole) * axis, turns ? 1e-4 : 1e-6));
+  CHECK_THAT(turns ? hand.plant().w_B : hand.plant().v_B, IsNear(a * 0.1 * axis, 1e-9));
 }
 
-TEST_CASE("simulated hand: a force above the limit is shortened and keeps its direction",
+TEST_CASE("simulated hand: force and torque are each shortened, and keep their direction",
           "[device-io]") {
-  DeviceConfig config;
+  DeviceConfig config = turning_device();
   config.max_force = 8;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  const Vec3 force{12, -16, 5}, torque{0.3, -0.4, 0};
+  struct Row {
+    Wrench wanted, held;
+    bool is_cut = true;
+  };
+  const Row row = GENERATE_COPY(
+      Row{{force, {}}, {8 / norm(force) * force, {}}}, Row{{{3, 0, 4}, {}}, {{3, 0, 4}, {}}, false},
+      Row{{{1, 2, 3}, torque}, {{1, 2, 3}, 0.6 * torque}},
+      Row{{{1, 2, 3}, 0.5 * torque}, {{1, 2, 3}, 0.5 * torque}, false}, Row{{{nan, 0, 0}, {}}, {}},
+      Row{{{0, infinity, 0}, {}}, {}}, Row{{{}, {0, nan, 0}}, {}});
   SimulatedHand hand(config);
   read_at(hand, 0);
-  const Vec3 wanted_B{12, -16, 5};
-  hand.write({wanted_B, {}});
-  CHECK(norm(hand.held().f) == Approx(8).epsilon(tol(kAlgebra)));
-  CHECK_THAT(normalized(hand.held().f), IsNear(normalized(wanted_B), kAlgebra));
-  CHECK((read_at(hand, kMs).flags & kDeviceSaturated) != 0);
-  hand.write({{3, 0, 4}, {}});
-  CHECK(hand.held().f == Vec3{3, 0, 4});
+  hand.write(row.wanted);
+  CHECK_THAT(hand.held().f, IsNear(row.held.f, 8 * kAlgebra));
+  CHECK_THAT(hand.held().t, IsNear(row.held.t, kAlgebra));
+  const DeviceState state = read_at(hand, kMs);
+  CHECK(((state.flags & kDeviceSaturated) != 0) == row.is_cut);
+  CHECK(is_finite(state.X_BH));
+  hand.write({});
   CHECK((read_at(hand, 2 * kMs).flags & kDeviceSaturated) == 0);
-}
-
-TEST_CASE("simulated hand: a force that is not a number is held as zero", "[device-io]") {
-  SimulatedHand hand{DeviceConfig{}};
-  read_at(hand, 0);
-  hand.write({{std::numeric_limits<double>::quiet_NaN(), 0, 0}, {}});
-  CHECK(hand.held().f == Vec3{});
-  hand.write({{0, std::numeric_limits<double>::infinity(), 0}, {}});
-  CHECK(hand.held().f == Vec3{});
-  CHECK(is_finite(read_at(hand, kMs).X_BH));
 }
 
 TEST_CASE("simulated hand: a late tick holds the force for as long as it was late", "[device-io]") {
@@ -182,20 +208,6 @@ TEST_CASE("simulated hand: stop holds zero", "[device-io]") {
   CHECK_FALSE(device->caps().open_loop);
 }
 
-namespace {
-
-/// A handle that turns, held by a wrist that stands still.
-DeviceConfig turning_device() {
-  DeviceConfig config;
-  config.max_torque = 0.3;
-  config.hand.inertia = 1e-4;
-  config.hand.intent.stroke_time = 1e6;  // stands still
-  config.hand.intent.tremor_amplitude = 0;
-  return config;
-}
-
-}  // namespace
-
 TEST_CASE("simulated hand: without an inertia nothing of turning is seen, to the bit",
           "[device-io]") {
   DeviceConfig plain, other;
@@ -245,89 +257,4 @@ TEST_CASE("simulated hand: it turns under the held torque by torque over stiffne
   CHECK_THAT(to_rotation_vector(state.X_BH.q),
              IsNear(torque / config.hand.hand_rotational_stiffness, 1e-9));
   CHECK((state.flags & kDeviceSaturated) == 0);
-}
-
-TEST_CASE("simulated hand: torque is shortened for itself, and flagged", "[device-io]") {
-  SimulatedHand hand(turning_device());
-  read_at(hand, 0);
-  const Vec3 wanted{0.3, -0.4, 0};
-  hand.write({{1, 2, 3}, wanted});
-  CHECK(hand.held().f == Vec3{1, 2, 3});
-  CHECK_THAT(hand.held().t, IsNear(0.6 * wanted, kAlgebra));
-  CHECK((read_at(hand, kMs).flags & kDeviceSaturated) != 0);
-  hand.write({{1, 2, 3}, 0.5 * wanted});
-  CHECK((read_at(hand, 2 * kMs).flags & kDeviceSaturated) == 0);
-  hand.write({{}, {0, std::numeric_limits<double>::quiet_NaN(), 0}});
-  CHECK(hand.held().t == Vec3{});
-  const DeviceState state = read_at(hand, 3 * kMs);
-  CHECK((state.flags & kDeviceSaturated) != 0);
-  CHECK(is_finite(state.X_BH));
-}
-
-TEST_CASE("simulated hand: the rotation vector is the encoder's step below the true one",
-          "[device-io]") {
-  DeviceConfig config = turning_device();
-  config.hand.angle_step = 1e-3;
-  SimulatedHand hand(config);
-  for (int k = 0; k < 500; ++k) {
-    const Vec3 read = to_rotation_vector(read_at(hand, k * kMs).X_BH.q);
-    const Vec3 there = to_rotation_vector(hand.plant().q_B);
-    for (int i = 0; i < 3; ++i) {
-      REQUIRE(there[i] - read[i] >= -tol(kAlgebra));
-      REQUIRE(there[i] - read[i] < 1e-3 + tol(kAlgebra));
-      REQUIRE(std::fabs(std::remainder(read[i], 1e-3)) <= tol(kAlgebra));
-    }
-    hand.write({{}, {0.2, -0.1, 0.05}});
-  }
-  CHECK(norm(to_rotation_vector(hand.plant().q_B)) > 0.05);
-}
-
-TEST_CASE("simulated hand: the angular velocity follows a ramp as the velocity does",
-          "[device-io]") {
-  DeviceConfig config = turning_device();
-  SimulatedHandConfig& h = config.hand;
-  h.angle_step = h.rotational_friction = h.rotational_damping = 0;
-  h.hand_rotational_stiffness = h.hand_rotational_damping = h.hand_inertia = 0;
-  SimulatedHand hand(config);
-  // a constant torque: ω = a t, seen late by the pole and half a period of differencing
-  const double a = 20, T = 1e-3, pole = 1 / (2 * std::numbers::pi * 100);
-  const Vec3 axis = normalized(Vec3{2, -1, 2});
-  DeviceState state{};
-  for (int k = 0; k <= 100; ++k) {
-    state = read_at(hand, k * kMs);
-    hand.write({{}, a * h.inertia * axis});
-  }
-  CHECK_THAT(hand.plant().w_B, IsNear(a * 0.1 * axis, 1e-9));
-  CHECK_THAT(state.V_BH.w, IsNear(a * (0.1 - T / 2 - pole) * axis, 1e-4));
-}
-
-TEST_CASE("simulated hand: led, the handle turns to the orientation, by the shorter arc and back",
-          "[device-io]") {
-  DeviceConfig config = turning_device();
-  config.hand.intent.stroke_time = 1.2;
-  config.hand.intent.turn_angle = 0.4;
-  SimulatedHand led(config), alone(config);
-  const Quat wanted = from_rotation_vector({0.5, 0.2, -2.8});
-  Quat before;
-  Vec3 w_before;
-  double fastest = 0, jerked = 0;
-  for (int k = 0; k < 6000; ++k) {
-    read_at(led, k * kMs);
-    read_at(alone, k * kMs);
-    const bool leads = k >= 700 && k < 3000;
-    led.lead(leads ? std::optional(Pose{{0.05, 0, 0}, wanted}) : std::nullopt);
-    const Quat now = led.plant().intent_q_B;
-    const Vec3 w = to_rotation_vector(now * conjugate(before)) / 1e-3;
-    if (k > 1) fastest = std::max(fastest, norm(w));
-    if (k > 2) jerked = std::max(jerked, norm(w - w_before));
-    before = now;
-    w_before = w;
-    if (k == 2999) CHECK(norm(to_rotation_vector(now * conjugate(wanted))) < 1e-6);
-    if (k <= 700 || k > 5500) REQUIRE(now == alone.plant().intent_q_B);
-  }
-  // its own turn, at most 1.875·0.4/0.6 s, and that of the lead
-  CHECK(fastest < kMostLedSpin + 1.25);
-  CHECK(fastest > 0.9 * kMostLedSpin);
-  // a jump of a tenth of a degree would be 1.7 rad/s; the filter's acceleration is at most ω²·3 rad
-  CHECK(jerked < kLedRate * kLedRate * 3 * 1e-3);
 }

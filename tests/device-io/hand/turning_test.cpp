@@ -3,11 +3,8 @@
 #include "device-io/hand/turning.h"
 
 #include <algorithm>
-#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <deque>
-#include <numbers>
 #include <random>
 
 #include "device-io/hand/plant.h"
@@ -42,36 +39,6 @@ Intention spinning(const Vec3& w_B) {
 
 double angle_about(const Vec3& axis_B, const Quat& q) {
   return dot(axis_B, to_rotation_vector(q));
-}
-
-/// A bilateral wall at angle zero about one axis: sampled, held, backward difference of the angle.
-struct AngleWall {
-  double stiffness, damping;
-  int64_t period_ns;
-  int delay;
-};
-
-/// Largest angle in the last quarter of the run relative to that in the second quarter.
-double growth(const SimulatedHandConfig& handle, const AngleWall& wall, const Vec3& axis_B,
-              double seconds) {
-  HandPlant plant;
-  plant.q_B = from_rotation_vector(-0.0005 * axis_B);
-  std::deque<double> queue(static_cast<size_t>(wall.delay), 0.0);
-  double before = angle_about(axis_B, plant.q_B), second = 0, last = 0;
-  const auto periods = static_cast<int>(seconds * 1e9 / static_cast<double>(wall.period_ns));
-  for (int k = 0; k < periods; ++k) {
-    const double angle = angle_about(axis_B, plant.q_B);
-    const double rate = (angle - before) / (1e-9 * static_cast<double>(wall.period_ns));
-    before = angle;
-    queue.push_back(-(wall.stiffness * angle + wall.damping * rate));
-    advance(handle, plant, {{}, queue.front() * axis_B}, wall.period_ns);
-    queue.pop_front();
-    const double size = std::fabs(angle_about(axis_B, plant.q_B));
-    if (size > 1) return 1e9;
-    if (k >= periods / 4 && k < periods / 2) second = std::max(second, size);
-    if (k >= periods * 3 / 4) last = std::max(last, size);
-  }
-  return second > 0 ? last / second : 0;
 }
 
 double ledger_gap(const SimulatedHandConfig& config, const HandPlant& plant, double before) {
@@ -116,45 +83,6 @@ TEST_CASE("portable turn: rate and angular velocity are those of a difference qu
     REQUIRE_THAT(angular_velocity_of(turn, rate), IsNear(w, 1e-8));
     REQUIRE_THAT(rotation_vector_rate(turn, angular_velocity_of(turn, rate)), IsNear(rate, 1e-12));
   }
-}
-
-TEST_CASE("turning: a constant torque gives the closed-form motion about any axis", "[device-io]") {
-  const double J = 1e-4, b = 8e-4, torque = 2e-3, w0 = -0.3, t = 0.25;
-  const Vec3 axis_B = GENERATE(Vec3{1, 0, 0}, Vec3{0, 0, -1}, kOblique);
-  const SimulatedHandConfig config = bare_handle(J, b);
-  HandPlant plant = start_plant(config);
-  plant.w_B = w0 * axis_B;
-  advance(config, plant, {{}, torque * axis_B}, 250 * kMs);
-  const double decay = std::exp(-b * t / J), rest = torque / b;
-  // second order: (h b/J)² t b/J/12 of the exponential is 4e-9
-  CHECK_THAT(plant.w_B, IsNear((rest + (w0 - rest) * decay) * axis_B, 2e-8));
-  const double angle = rest * t + (w0 - rest) * (1 - decay) * J / b;
-  CHECK_THAT(to_rotation_vector(plant.q_B), IsNear(angle * axis_B, 2e-8));
-  CHECK(plant.p_B == Vec3{});
-}
-
-TEST_CASE(
-    "turning: a handle on the hand's spring is a damped oscillator, to the square of the step",
-    "[device-io]") {
-  const Vec3 axis_B = GENERATE(Vec3{0, 1, 0}, kOblique);
-  SimulatedHandConfig config = bare_handle(1e-4, 5e-4);
-  config.hand_rotational_stiffness = 0.6;
-  const auto error = [&](int64_t chunk_ns) {
-    HandPlant plant = start_plant(config, spinning({}));
-    plant.q_B = from_rotation_vector(0.3 * axis_B);
-    for (int64_t t = 0; t < 200 * kMs; t += chunk_ns) {
-      advance(config, spinning({}), plant, {}, chunk_ns);
-    }
-    const double decay = 5e-4 / (2 * 1e-4), w = std::sqrt(0.6 / 1e-4 - decay * decay), t = 0.2;
-    const double exact =
-        0.3 * std::exp(-decay * t) * (std::cos(w * t) + decay / w * std::sin(w * t));
-    return norm(to_rotation_vector(plant.q_B) - exact * axis_B);
-  };
-  // chunks below kPlantStepNs are one step each
-  const double coarse = error(20'000), fine = error(10'000);
-  CAPTURE(coarse, fine);
-  CHECK(coarse < 3e-6);
-  CHECK(coarse / fine == Approx(4).epsilon(0.05));
 }
 
 TEST_CASE("turning: with axes that differ the motion and its energy are of second order",
@@ -218,25 +146,6 @@ TEST_CASE("turning: about one axis the energy ledger closes to rounding, frictio
   CHECK(std::fabs(ledger_gap(config, plant, before)) <= tol(1e-11));
 }
 
-TEST_CASE("turning: friction stops a spin after J w squared over 2 tau and then holds it",
-          "[device-io]") {
-  const Vec3 axis_B = GENERATE(Vec3{1, 0, 0}, kOblique);
-  SimulatedHandConfig config = bare_handle(2e-4, 0);
-  config.rotational_friction = 5e-4;
-  HandPlant plant = start_plant(config);
-  plant.w_B = 0.9 * axis_B;
-  advance(config, plant, {}, 500 * kMs);
-  // stops within a step, in which it turns at most h·τ/J·h
-  CHECK_THAT(to_rotation_vector(plant.q_B), IsNear(2e-4 * 0.81 / (2 * 5e-4) * axis_B, 1e-7));
-  CHECK(plant.w_B == Vec3{});
-  CHECK(plant.energy.device_loss == Approx(2e-4 * 0.81 / 2).epsilon(1e-11));
-  const Quat stopped = plant.q_B;
-  advance(config, plant, {{}, 4.99e-4 * any_perpendicular(axis_B)}, 1000 * kMs);
-  CHECK(plant.q_B == stopped);
-  advance(config, plant, {{}, 5.01e-4 * axis_B}, 1000 * kMs);
-  CHECK(angle_about(axis_B, plant.q_B * conjugate(stopped)) > 0);
-}
-
 TEST_CASE("turning: no axis is special", "[device-io]") {
   // a session turned as a whole gives the states turned
   const Quat q_AB = from_rotation_vector({0.7, -1.1, 0.4});
@@ -254,51 +163,4 @@ TEST_CASE("turning: no axis is special", "[device-io]") {
     const Vec3 there = rotate(q_AB, to_rotation_vector(straight.q_B));
     REQUIRE_THAT(to_rotation_vector(turned.q_B), IsNear(there, 1e-10));
   }
-}
-
-TEST_CASE("turning: a hand settles twisted by torque over stiffness, by the shorter arc",
-          "[device-io]") {
-  SimulatedHandConfig config;
-  config.inertia = 1e-4;
-  config.rotational_friction = 0;
-  const Vec3 torque{0.1, -0.2, 0.3};
-  // more than half a turn the other way round is the same orientation
-  const Intention intention = [](double) {
-    return Intent{{}, {}, from_rotation_vector({0, 0, 2 * std::numbers::pi - 0.4}), {}};
-  };
-  HandPlant plant = start_plant(config, intention);
-  plant.q_B = {};
-  advance(config, intention, plant, {{}, torque}, 4000 * kMs);
-  const Vec3 twist = to_rotation_vector(plant.q_B * from_rotation_vector({0, 0, 0.4}));
-  CHECK_THAT(twist, IsNear(torque / config.hand_rotational_stiffness, 1e-9));
-  CHECK(angle_about({0, 0, 1}, plant.q_B) > -0.4);
-}
-
-// The table of the sampled wall, exact limits from the Schur–Cohn criterion: with everything of a
-// row scaled by J/m the characteristic polynomial is the same, and so is the limit.
-TEST_CASE("turning: the stability limit of a sampled wall in angle is that of the table, scaled",
-          "[device-io]") {
-  struct Row {
-    double m, b, B;
-    int64_t period_ns;
-    int delay;
-    double limit;
-  };
-  const Row row = GENERATE(Row{0.1, 0.8, 0, kMs, 0, 1602}, Row{0.1, 0.8, 0, kMs, 1, 534},
-                           Row{0.1, 0.8, 0, kMs, 2, 321}, Row{0.1, 0.8, 2, kMs, 0, 5497},
-                           Row{0.1, 0.8, 2, kMs, 1, 1830}, Row{1.0, 5, 0, kMs, 0, 10008},
-                           Row{1.0, 5, 0, kMs, 1, 3338}, Row{0.1, 0.8, 0, 10 * kMs, 0, 162},
-                           Row{0.1, 0.1, 5, kMs, 0, 9704}, Row{0.1, 0.1, 60, kMs, 0, 64757});
-  CAPTURE(row.m, row.b, row.B, row.period_ns, row.delay, row.limit);
-  constexpr double kScale = 1e-3;  // [m²]
-  const SimulatedHandConfig handle = bare_handle(kScale * row.m, kScale * row.b);
-  // 1 % of K change the envelope by a thirtieth of its damping at least
-  constexpr double kBand = 0.01;
-  const double seconds = row.period_ns > kMs ? 30 : 5;
-  const auto growth_at = [&](double share) {
-    return growth(handle, {share * kScale * row.limit, kScale * row.B, row.period_ns, row.delay},
-                  kOblique, seconds);
-  };
-  CHECK(growth_at(1 - kBand) < 1);
-  CHECK(growth_at(1 + kBand) > 1);
 }

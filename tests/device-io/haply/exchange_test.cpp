@@ -5,9 +5,10 @@
 #include <catch2/catch.hpp>
 #include <random>
 #include <set>
+#include <vector>
 
 #include "device-io/haply/haply.h"
-#include "tests/support/guarded.h"
+#include "tests/support/driver/spoiled.h"
 #include "tests/support/torture_scale.h"
 
 using namespace haptic;
@@ -87,72 +88,15 @@ TEST_CASE("haply exchange: a torque that the servo has not renewed is zero", "[d
 TEST_CASE("haply exchange: fuzz: answers that are right, damaged, cut, doubled or old",
           "[device-io]") {
   // 10⁷: HAPTIC_TORTURE_SCALE=250, with a sanitizer 5000
-  const auto mailbox = std::make_shared<MotorMailbox>();
-  HaplyExchange exchange(*mailbox);
-  ThreeMotorDevice device(haply_arm({}), {}, mailbox);
-  std::mt19937 random(22);
-  DeviceState state{};
-  size_t fresh = 0;
-  int64_t t_ns = kMs;
-  Bytes before{};
-  uint8_t number = 0;
   const size_t n = sweep(40'000);
-  for (size_t k = 0; k < n; ++k, t_ns += kMs) {
-    if (exchange.may_ask(t_ns)) number = exchange.ask(t_ns)[1];
-    Bytes bytes = answer_of(number, static_cast<float>(static_cast<int>(random() % 4000) - 2000),
-                            static_cast<float>(static_cast<int>(random() % 4000) - 2000));
-    size_t size = bytes.size();
-    switch (random() % 16) {
-      case 0:
-        bytes[random() % bytes.size()] = static_cast<uint8_t>(random());
-        break;
-      case 1:
-        size = random() % bytes.size();
-        break;
-      case 2:
-        exchange.hear(bytes, t_ns);
-        break;
-      case 3:
-        std::swap(bytes, before);
-        break;
-      case 4:
-        for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random());
-        break;
-      default:
-        break;
-    }
-    exchange.hear({bytes.data(), size}, t_ns + 500'000);
-    before = bytes;
-    fresh += device.read({t_ns + 600'000, t_ns + 600'000}, state) ? 1 : 0;
-    device.write({{0, random() % 2 == 0 ? 1.0 : 1e300, 0}, {}});
-    const MotorCommand command = mailbox->command_at(t_ns + 600'000).value();
-    const bool within =
-        std::abs(command.motors[0]) <= 12'300 && std::abs(command.motors[1]) <= 12'300;
-    if (!within || !is_finite(state.X_BH.p) || !is_finite(state.V_BH.v)) FAIL("input " << k);
-  }
+  const size_t fresh = fuzz_exchange<HaplyExchange>(
+      haply_arm({}), n, 0, 12'300, {0, 1, 0},
+      [](const HaplyQuestion& question, std::mt19937& random) {
+        const auto count = [&] {
+          return static_cast<float>(static_cast<int>(random() % 4000) - 2000);
+        };
+        const Bytes bytes = answer_of(question[1], count(), count());
+        return std::vector<uint8_t>(bytes.begin(), bytes.end());
+      });
   CHECK(fresh > n / 2);
-}
-
-TEST_CASE("haply exchange: a tick neither allocates, locks nor calls the system", "[device-io]") {
-  if (!hooks_are_here()) return;
-  const auto mailbox = std::make_shared<MotorMailbox>();
-  ThreeMotorDevice device(haply_arm({}), {}, mailbox);
-  HaplyExchange exchange(*mailbox);
-  DeviceState state{};
-  int64_t fresh = 0;
-  const auto tick = [&](int64_t i) {
-    const HaplyQuestion asked = exchange.ask(i * kMs);
-    const Bytes answer = answer_of(asked[1], static_cast<float>(-1000 - i / 8 % 300), 900);
-    exchange.hear({answer.data(), i % 500 == 3 ? size_t{5} : answer.size()}, i * kMs);
-    fresh += device.read({i * kMs, i * kMs}, state) ? 1 : 0;
-    device.write({i % 1000 == 7 ? Vec3{1e300, 0, 0} : -20.0 * state.X_BH.p, {}});
-  };
-  for (int64_t i = 1; i <= 1000; ++i) tick(i);
-  const auto ticks = static_cast<int64_t>(11'000 * torture_scale());
-  const GuardReport report = guarded([&] {
-    for (int64_t i = 1001; i <= 1000 + ticks; ++i) tick(i);
-  });
-  INFO(report.explain());
-  CHECK(report.violations() == 0);
-  CHECK(fresh > ticks * 9 / 10);
 }

@@ -76,37 +76,6 @@ TEST_CASE("hid arm: place and currents are those of the CHAI3D module", "[device
   CHECK_THAT(Vec3(motors[0], motors[1], motors[2]), IsNear(wanted, 1.5));
 }
 
-TEST_CASE("hid arm: the joint angles found for a place lead back to it", "[device-io]") {
-  const WoodenHapticsGeometry g = hid_arm_geometry(geometry(GENERATE(0, 1)));
-  double worst = 0;
-  int reached = 0;
-  for (int i = 0; i < 729; ++i) {
-    // a box of 16 cm, every 2 cm
-    const Vec3 p_B = 0.02 * Vec3(i % 9 - 4, i / 9 % 9 - 4, i / 81 - 4);
-    Vec3 q;
-    if (!solve_joint_angles(g, p_B, q)) continue;
-    ++reached;
-    worst = std::max(worst, norm(tip_position(g, q) - p_B));
-  }
-  CHECK(reached == 729);
-  CHECK(worst < 1e-9);
-}
-
-TEST_CASE("hid arm: the Jacobian of a config's geometry is the difference of places",
-          "[device-io]") {
-  const WoodenHapticsGeometry g = hid_arm_geometry(geometry(GENERATE(0, 1)));
-  const Vec3 q{GENERATE(-0.4, 0.0, 0.5), GENERATE(0.2, 0.7), GENERATE(0.8, 1.4)};
-  const Mat3 J = tip_jacobian(g, q);
-  constexpr double kStep = 1e-5;
-  for (int i = 0; i < 3; ++i) {
-    Vec3 step;
-    step[i] = kStep;
-    CHECK_THAT(
-        J.column(i),
-        IsNear((tip_position(g, q + step) - tip_position(g, q - step)) / (2 * kStep), 1e-10));
-  }
-}
-
 TEST_CASE("hid arm: currents beyond the limit are scaled by one factor", "[device-io]") {
   HidArmConfig config;
   config.max_current = 0.5;

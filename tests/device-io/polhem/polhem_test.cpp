@@ -1,234 +1,110 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The driver of a Polhem and an emulated one on virtual time, known to each other by their bytes.
-#include "device-io/polhem/polhem.h"
+// What only a Polhem does, its kinematics; what it shares with other drivers is in
+// tests/device-io/driver.
+#include "device-io/polhem/kinematics.h"
 
-#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <limits>
+#include <numbers>
+#include <random>
 
-#include "device-io/hand/impedance.h"
-#include "tests/support/emulated_arm.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
 using haptic::test::IsNear;
-using EmulatedPolhem = haptic::test::EmulatedArm<Polhem>;
 
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kStart = 1'000 * kMs;  // of the ticks
-constexpr double kStiffness = 400;       // of the wall, as in configs/polhem.toml [N/m]
-constexpr int kFoundWithin = 100;        // [ticks]
-constexpr uint32_t kDoubt = kDeviceStale | kDeviceNoisy;
-
-/// A hand of this kind that aims `press` below the middle, with a tremor of 0.1 mm, and turns the
-/// handle about by `turn`. Mass, damping and friction are guesses, as in configs/polhem.toml.
-EmulatedDeviceOptions pressing(const char* hand, double press, double turn = 0) {
-  EmulatedDeviceOptions options;
-  options.arm = &polhem_arm();
-  options.hand.mass = 0.3;
-  options.hand.damping = 0.3;
-  options.hand.coulomb_friction = 0.2;
-  options.hand.inertia = 1e-4;
-  put_into_hand(*find_hand(hand), options.hand);
-  IntentConfig& intent = options.hand.intent;
-  intent.centre_B = {0, 0, -press};
-  intent.direction_B = {0, 0, 1};
-  intent.hover_radius = intent.press_radius = intent.stroke_angle = 0;
-  intent.tremor_amplitude = 1e-4;
-  intent.turn_angle = turn;
-  return options;
-}
-
-/// A wall at z = 0 under the hand.
-struct Wall {
-  EmulatedPolhem device;
-  double stiffness = kStiffness;
-  Vec3 torque_B;  // beside the wall's force [N·m]
-  DeviceState state{};
-  int tick = 0;
-  uint32_t seen = 0;  // flags so far
-
-  explicit Wall(const EmulatedDeviceOptions& options) : device(options) {}
-
-  void step() {
-    const int64_t t_ns = kStart + tick++ * kMs;
-    device.read({t_ns, t_ns}, state);
-    seen |= state.flags;
-    const bool closed = (state.flags & (kDeviceLost | kDoubt)) != 0;
-    device.write({{0, 0, closed ? 0 : -stiffness * std::min(0.0, state.X_BH.p.z)}, torque_B});
-  }
-  void run(int ticks) {
-    for (int i = 0; i < ticks; ++i) step();
-  }
-  int ticks_until(uint32_t flag, int most) {
-    for (int i = 0; i < most; ++i) {
-      step();
-      if ((state.flags & flag) != 0) return i + 1;
-    }
-    return -1;
-  }
-  int32_t largest_current() const {
-    const auto& i = device.driver().currents();
-    return std::max({std::abs(i[0]), std::abs(i[1]), std::abs(i[2])});
-  }
-  /// Of the force on the hand, over so many ticks [N].
-  double swing(int ticks) {
-    double least = 1e9, most = -1e9;
-    for (int i = 0; i < ticks; ++i) {
-      step();
-      least = std::min(least, device.board().record().force_B.z);
-      most = std::max(most, device.board().record().force_B.z);
-    }
-    return most - least;
-  }
-};
-
-void check_found(Wall& w, uint32_t flag) {
-  const int found = w.ticks_until(flag, 1000);
-  CAPTURE(found);
-  CHECK(found > 0);
-  CHECK(found <= kFoundWithin);
-  w.run(10);
-  CHECK(w.largest_current() == 0);
-}
+const PolhemGeometry kPolhem;
 
 }  // namespace
 
-TEST_CASE("polhem driver: pose and velocity follow a hand that turns the handle", "[device-io]") {
-  EmulatedDeviceOptions options = pressing("typical", 0, 0.6);
-  options.hand.intent.centre_B = {0.02, 0.04, 0.01};
-  options.hand.intent.tremor_amplitude = 0;
-  Wall w(options);
-  w.stiffness = 0;
-  double fastest = 0;
-  for (int i = 0; i < 1500; ++i) {
-    const HandPlant before = w.device.board().plant();
-    w.step();
-    if (i < 100) continue;
-    const double speed = norm(before.w_B);
-    // a tick old; a count of the gimbal is 6 mrad, and there are three of them
-    const Quat off = w.state.X_BH.q * conjugate(before.q_B);
-    REQUIRE(norm(to_rotation_vector(off)) < 0.02 + 2.5e-3 * speed);
-    REQUIRE(norm(w.state.X_BH.p - before.p_B) < 3e-4);
-    fastest = std::max(fastest, speed);
+// Rows of the formulas in forsslund/hfabapi (cf00e97), evaluated in double: polhemKinematics and
+// the configuration polhem_v3, getRot, computeMotorAmps without its compensation of gravity. Counts
+// from home; place [m]; the handle's x and y axes; currents [A] of the force (1, 2, −3) N.
+TEST_CASE("polhem: poses and currents are those of hfabapi", "[device-io]") {
+  struct Row {
+    MotorCounts counts;
+    Vec3 p_B, x_B, y_B, amperes;
+  };
+  for (const Row& row : {
+           Row{{-8312, 6022, -8557, -29, 128, -84},
+               {-0.000021036, 0.000000000, 0.000001572},
+               {0.9828060, -0.1459558, 0.1130896},
+               {0.1787359, 0.9057057, -0.3843835},
+               {1.118202, 0.909696, -0.304545}},
+           Row{{-8312, 7117, -7407, 39, 92, 147},
+               {0.049987841, 0.000000000, 0.000006462},
+               {0.9750684, 0.1613185, 0.1523742},
+               {-0.2216857, 0.7386312, 0.6366156},
+               {1.391678, 1.017543, -0.473922}},
+           Row{{-7803, 4324, -6994, -117, -144, 90},
+               {-0.049996566, 0.020000610, 0.030006371},
+               {0.1173130, 0.4422368, -0.8891931},
+               {0.8032101, 0.4843101, 0.3468389},
+               {0.790222, 0.585275, -0.303177}},
+           Row{{-9440, 7115, -10276, -18, 132, -31},
+               {0.000005592, -0.059979759, -0.039995749},
+               {0.9289972, -0.3687498, -0.0314294},
+               {0.3618211, 0.9228157, -0.1322747},
+               {1.282349, 0.957863, -0.295665}},
+           Row{{-7481, 7792, -9725, -52, 90, 126},
+               {0.029996083, 0.050023833, -0.049990625},
+               {0.9829346, -0.0057113, -0.1838665},
+               {0.1552342, 0.5620426, 0.8124103},
+               {1.145573, 1.323547, -0.192324}},
+           Row{{-8985, 4264, -5100, 131, 93, 53},
+               {-0.029980130, -0.029995881, 0.060001391},
+               {0.9396967, 0.3389829, 0.0453948},
+               {-0.3044671, 0.8896055, -0.3404437},
+               {1.036386, 0.155648, -0.524372}},
+           Row{{-8312, 8069, -12098, -73, -32, -73},
+               {0.000002601, 0.000000000, -0.080008844},
+               {0.3056265, 0.0053147, -0.9521367},
+               {-0.0016523, 0.9999859, 0.0050514},
+               {1.118331, 1.311351, 0.000063}},
+       }) {
+    CAPTURE(row.counts[1], row.counts[2]);
+    const JointAngles angles = joint_angles(kPolhem, row.counts);
+    const Pose X_BH = handle_pose(kPolhem, angles);
+    CHECK_THAT(X_BH.p, IsNear(row.p_B, 2e-9));
+    CHECK_THAT(rotate(X_BH.q, {1, 0, 0}), IsNear(row.x_B, 2e-7));
+    CHECK_THAT(rotate(X_BH.q, {0, 1, 0}), IsNear(row.y_B, 2e-7));
+    const MotorAmperes amperes = motor_currents(kPolhem, angles, {1, 2, -3});
+    CHECK_THAT((Vec3{amperes[0], amperes[1], amperes[2]}), IsNear(row.amperes, 2e-6));
+    CHECK(amperes[3] == 0);
   }
-  CHECK(fastest > 1);
-  CHECK((w.seen & kDoubt) == 0);
-  CHECK((w.state.flags & (kDeviceHomed | kDeviceLost)) == kDeviceHomed);
+  // at home it is folded: 222 mm before the middle of the workspace
+  const Pose home = handle_pose(kPolhem, joint_angles(kPolhem, {}));
+  CHECK_THAT(home.p, IsNear({-0.222641279, 0.030859251, 0.037052267}, 2e-9));
 }
 
-TEST_CASE("polhem driver: the hand gets the force, and torque is dropped and said", "[device-io]") {
-  Wall w(pressing("stiff-arm", 0.008));
-  w.torque_B = {10, -20, 30};
-  w.run(2000);
-  const double commanded = -kStiffness * w.state.X_BH.p.z;
-  REQUIRE(commanded > 1);
-  CHECK_THAT(w.device.board().record().force_B, IsNear({0, 0, commanded}, 0.05));
-  CHECK((w.seen & kDeviceSaturated) == 0);
-  CHECK(w.device.caps().max_torque == 0);
-  CHECK(w.device.caps().max_force == 5);
-  CHECK(w.device.description().find("6 axes, 3 of them driven (torque is dropped)") !=
-        std::string::npos);
-}
-
-TEST_CASE("polhem driver: force beyond the device is shortened, and keeps its direction",
-          "[device-io]") {
-  Wall w(pressing("stiff-arm", 0));
-  w.run(50);
-  const int64_t t_ns = kStart + w.tick++ * kMs;
-  w.device.read({t_ns, t_ns}, w.state);
-  w.device.write({{30, 0, 40}, {}});
-  w.device.pass(t_ns + kMs);
-  CHECK_THAT(w.device.board().record().force_B, IsNear({3, 0, 4}, 0.1));
-  w.device.read({t_ns + kMs, t_ns + kMs}, w.state);
-  CHECK((w.state.flags & kDeviceSaturated) != 0);
-  w.device.write({{std::numeric_limits<double>::infinity(), 0, 0}, {}});
-  CHECK(w.largest_current() == 0);
-}
-
-TEST_CASE("polhem driver: five hands on a wall of 400 N/m through its bytes: no limit cycle",
-          "[device-io]") {
-  const char* const hand = GENERATE("none", "light-grip", "typical", "firm", "stiff-arm");
-  EmulatedDeviceOptions options = pressing(hand, 0.01);
-  options.hand.intent.tremor_amplitude = 0;
-  Wall w(options);
-  w.run(2000);
-  const double swing = w.swing(1000);
-  CAPTURE(hand, swing);
-  // a count at the handle is up to 50 µm, 20 mN at this stiffness
-  CHECK(swing < 0.06);
-}
-
-TEST_CASE("polhem driver: a wall far too stiff is a limit cycle, so that it would be seen",
-          "[device-io]") {
-  EmulatedDeviceOptions options = pressing("light-grip", 0.01);
-  options.hand.intent.tremor_amplitude = 0;
-  options.hand.coulomb_friction = 0;
-  Wall w(options);
-  w.stiffness = 8000;
-  w.run(2000);
-  CHECK(w.swing(1000) > 1);
-}
-
-TEST_CASE("polhem driver: lying device: frozen or old answers are found", "[device-io]") {
-  Wall w(pressing("typical", 0.02));
-  w.run(1100 + GENERATE(0, 13));
-  REQUIRE(w.largest_current() > 200);
-  REQUIRE((w.seen & kDoubt) == 0);
-  w.device.board().lie(
-      GENERATE(EmulatorFault::kFrozen, EmulatorFault::kOldFirst, EmulatorFault::kDelayed));
-  check_found(w, kDeviceStale);
-}
-
-TEST_CASE("polhem driver: lying device: noise on a motor or in the gimbal is found",
-          "[device-io]") {
-  Wall w(pressing("typical", 0.02));
-  w.run(1100);
-  w.device.board().lie(GENERATE(EmulatorFault::kNoise, EmulatorFault::kTurnNoise));
-  check_found(w, kDeviceNoisy);
-}
-
-TEST_CASE("polhem driver: lying device: once it is honest again the driver says so",
-          "[device-io]") {
-  Wall w(pressing("typical", 0.02));
-  w.run(500);
-  w.device.board().lie(GENERATE(EmulatorFault::kFrozen, EmulatorFault::kOldFirst,
-                                EmulatorFault::kDelayed, EmulatorFault::kNoise,
-                                EmulatorFault::kTurnNoise));
-  w.run(200);
-  REQUIRE((w.state.flags & kDoubt) != 0);
-  w.device.board().lie(EmulatorFault::kHealthy);
-  w.run(1000);
-  CHECK((w.state.flags & (kDoubt | kDeviceLost)) == 0);
-  CHECK(w.largest_current() > 200);
-}
-
-TEST_CASE(
-    "polhem driver: lying device: an encoder that slips or counts backwards drives nothing "
-    "beyond the limits",
-    "[device-io]") {
-  // honest to the protocol; the hand's motion is wrong, and the limits hold all the same
-  const bool flips = GENERATE(false, true);
-  Wall w(pressing("typical", 0.02));
-  w.run(1100);
-  const int32_t mirror = w.device.board().record().counts[1];
-  int32_t most = 0;
-  for (int i = 0; i < 2000; ++i) {
-    const int32_t off = flips ? 2 * (mirror - w.device.board().record().counts[1]) : 3000;
-    w.device.board().disturb({0, off, 0, 0, 0, 0}, std::numeric_limits<uint64_t>::max());
-    w.step();
-    most = std::max(most, w.largest_current());
-    REQUIRE(is_finite(w.state.X_BH.p));
+TEST_CASE("polhem: a handle in line with the forearm has D = 0", "[device-io]") {
+  JointAngles angles;
+  for (const double straight : {0.0, std::numbers::pi}) {
+    for (const double d : {0.0, 0.4, -2.0}) {
+      const Pose X_BH = handle_pose(kPolhem, {0.1, 1.0, 2.0, d, -straight, 0.7});
+      REQUIRE(solve_joint_angles(kPolhem, X_BH, angles));
+      CHECK(angles[3] == 0);
+      const Quat found = handle_pose(kPolhem, angles).q;
+      CHECK(norm(to_rotation_vector(found * conjugate(X_BH.q))) < 1e-7);
+    }
   }
-  CHECK(most <= 3000);
 }
 
-TEST_CASE("polhem driver: what lets go of it is a zero for each motor", "[device-io]") {
-  Wall w(pressing("typical", 0.02));
-  w.run(500);
-  const DeviceRelease release = w.device.driver().release();
-  CHECK(std::string_view(release.bytes.data(), release.size) == "[0,0,0]\n");
+TEST_CASE("polhem: counts that no arm has give a finite pose and no current", "[device-io]") {
+  std::mt19937 random(4);
+  int open = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    MotorCounts counts;
+    for (int32_t& n : counts) n = static_cast<int32_t>(random() % 2'000'001) - 1'000'000;
+    const JointAngles angles = joint_angles(kPolhem, counts);
+    const Pose X_BH = handle_pose(kPolhem, angles);
+    CHECK((is_finite(X_BH.p) && std::isfinite(norm(to_rotation_vector(X_BH.q)))));
+    Mat3 J;
+    if (linkage_jacobian(kPolhem.linkage, {angles[0], angles[1], angles[2]}, J)) continue;
+    CHECK(motor_currents(kPolhem, angles, {1, 1, 1}) == MotorAmperes{});
+    ++open;
+  }
+  CHECK(open > 1000);
 }

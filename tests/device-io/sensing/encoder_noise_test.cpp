@@ -25,16 +25,20 @@ namespace {
 constexpr int64_t kMs = 1'000'000;
 constexpr double kCount = 33e-6;  // finest count of an encoder, at the tip [m]
 
-/// Ticks until a path in metres is classified as noise; -1: never. Each sample is taken
-/// `sampled_ms` after its question, which is answered a tick after it.
+using Path = std::function<double(double)>;
+
+/// Ticks until a path is classified as noise; -1: never. `counts_at` makes counts of a place of it.
+/// Each sample is taken `sampled_ms` after its question, which is answered a tick after it.
 int noisy_after(
-    const std::function<double(double)>& path, int ticks,
-    const std::function<double()>& sampled_ms = [] { return 0.25; }) {
-  EncoderNoise noise;
+    const Path& path, int ticks, const std::function<double()>& sampled_ms = [] { return 0.25; },
+    EncoderNoise noise = {},
+    MotorCounts (*counts_at)(double at) =
+        [](double at) {
+          const auto n = static_cast<int32_t>(std::floor(at / kCount));
+          return MotorCounts{7, n, -n / 2};
+        }) {
   for (int i = 0; i < ticks; ++i) {
-    const double at = path(1e-3 * (i + sampled_ms()));
-    const auto n = static_cast<int32_t>(std::floor(at / kCount));
-    noise.add({7, n, -n / 2}, i * kMs, (i + 1) * kMs);
+    noise.add(counts_at(path(1e-3 * (i + sampled_ms()))), i * kMs, (i + 1) * kMs);
     if (noise.is_noisy()) return i + 1;
   }
   return -1;
@@ -94,17 +98,12 @@ namespace {
 
 constexpr double kTurnCounts = 5215;  // of a motor of the wrist, per radian
 
-/// As above, for an angle that the last motor of a wrist turns.
-int turn_noisy_after(EncoderNoise noise, const std::function<double(double)>& angle, int ticks,
-                     std::minstd_rand& random) {
-  std::uniform_real_distribution<double> sampled_ms(0, 0.999);
-  for (int i = 0; i < ticks; ++i) {
-    const double at = angle(1e-3 * (i + sampled_ms(random)));
-    const auto n = static_cast<int32_t>(std::floor(at * kTurnCounts));
-    noise.add({0, 0, 0, 0, 0, n}, i * kMs, (i + 1) * kMs);
-    if (noise.is_noisy()) return i + 1;
-  }
-  return -1;
+/// The same for an angle that the last motor of a wrist turns, sampled at any instant.
+int turn_noisy_after(const EncoderNoise& noise, const Path& angle, std::minstd_rand& random) {
+  const auto any = [&] { return std::uniform_real_distribution<double>(0, 0.999)(random); };
+  return noisy_after(angle, 10'000, any, noise, [](double at) {
+    return MotorCounts{0, 0, 0, 0, 0, static_cast<int32_t>(std::floor(at * kTurnCounts))};
+  });
 }
 
 }  // namespace
@@ -118,18 +117,18 @@ TEST_CASE("noise: a wrist turns faster than a tip moves, and its noise is found 
   const auto to_and_fro = [](int counts) {
     return [=](double t) { return (std::fmod(t, 2e-3) < 1e-3 ? 0.5 : counts + 0.5) / kTurnCounts; };
   };
-  CHECK(turn_noisy_after(wrist, to_and_fro(30), 10'000, random) == -1);
-  CHECK(turn_noisy_after(wrist, to_and_fro(36), 10'000, random) > 0);
+  CHECK(turn_noisy_after(wrist, to_and_fro(30), random) == -1);
+  CHECK(turn_noisy_after(wrist, to_and_fro(36), random) > 0);
   constexpr double kTip = haptic::kTipAcceleration;
   const EncoderNoise tip({kTip, kTip, kTip, kTip, kTip, kTip});
-  CHECK(turn_noisy_after(tip, to_and_fro(30), 10'000, random) > 0);
+  CHECK(turn_noisy_after(tip, to_and_fro(30), random) > 0);
   // noise of 60 counts, 12 mrad, in a hand that turns
   std::uniform_int_distribution<int> off(-60, 60);
   const double speed = GENERATE(0.0, 1.0, 5.0);  // [rad/s]
   int worst = 0;
   for (int i = 0; i < 100; ++i) {
     const auto noisy = [&](double t) { return speed * t + off(random) / kTurnCounts; };
-    const int after = turn_noisy_after(wrist, noisy, 10'000, random);
+    const int after = turn_noisy_after(wrist, noisy, random);
     REQUIRE(after > 0);
     worst = std::max(worst, after);
   }

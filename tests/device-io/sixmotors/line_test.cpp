@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The line of docs/six-motors.md byte by byte: what the emulated board says to whatever reaches it.
+// The line of docs/six-motors.md, and that of three motors, byte by byte: what the emulated board
+// says to whatever reaches it.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <string>
 #include <vector>
@@ -16,9 +18,9 @@ namespace {
 constexpr int64_t kMs = 1'000'000;
 
 /// A board at whose handle nothing happens: nobody holds it, and friction keeps it.
-EmulatedDevice quiet_board() {
+EmulatedDevice quiet_board(const Arm& arm = six_motors_arm()) {
   EmulatedDeviceOptions options;
-  options.arm = &six_motors_arm();
+  options.arm = &arm;
   options.hand.inertia = 1e-4;
   put_into_hand(*find_hand("none"), options.hand);
   return EmulatedDevice(options, 0);
@@ -32,6 +34,21 @@ std::string tell(EmulatedDevice& board, std::string_view text, int64_t t_ns) {
     said += board.answer();
   }
   return said;
+}
+
+/// With the numbers of so many motors for each #; without the first of them for ~, with a letter
+/// for the last for $; large ones for ^.
+std::string filled(const std::string& text, size_t motors) {
+  const std::string numbers = std::string("10,20,30,40,50,60").substr(0, 3 * motors - 1);
+  std::string out;
+  for (const char c : text) {
+    if (c == '#') out += numbers;
+    if (c == '~') out += numbers.substr(2);
+    if (c == '$') out += numbers.substr(0, 3 * motors - 3) + "x";
+    if (c == '^') out += motors == 3 ? "6000,6001,-6000" : "6000,6001,-6000,-6001,6000,9999";
+    if (std::string_view("#~$^").find(c) == std::string_view::npos) out += c;
+  }
+  return out;
 }
 
 }  // namespace
@@ -54,37 +71,44 @@ TEST_CASE("six motors line: a command is six whole numbers in brackets and a lin
 }
 
 TEST_CASE("six motors line: each line has the answer that the table says", "[device-io]") {
-  // the counts of the middle of the workspace, after a valid line at the same place
-  const auto [text, errors, obeyed] = GENERATE(table<std::string, std::vector<int>, Milliamperes>({
-      {"[10,20,30,40,50,60]\n", {0}, {10, 20, 30, 40, 50, 60}},
-      {"[-1,-2,-3,-4,-5,-6]\r\n", {0}, {-1, -2, -3, -4, -5, -6}},
-      {"noise[1,2,3,4,5,6]\n", {0}, {1, 2, 3, 4, 5, 6}},
-      {"[1,[1,2,3,4,5,6]\n", {512}, {7, 7, 7, 7, 7, 7}},  // commas count from the line's begin
-      {"[6000,6001,-6000,-6001,6000,9999]\n", {0}, {6000, 0, -6000, 0, 6000, 0}},
-      {"[1,2,3]\n", {512}, {7, 7, 7, 7, 7, 7}},
-      {"[1,2,3,4,5]\n", {512}, {7, 7, 7, 7, 7, 7}},
-      {"[1,2,3,4,5,6,7]\n", {512}, {7, 7, 7, 7, 7, 7}},
-      {"[]\n", {512}, {7, 7, 7, 7, 7, 7}},
-      {"]\n", {256}, {7, 7, 7, 7, 7, 7}},
-      {"1,2,3,4,5,6]\n", {256}, {7, 7, 7, 7, 7, 7}},
-      {"[a,b,c,d,e,f]\n", {1024}, {7, 7, 7, 7, 7, 7}},
-      {"[1,2,3,4,5,x]\n", {1024}, {7, 7, 7, 7, 7, 7}},
-      {"[1,2,,4,5,6]\n", {1024}, {7, 7, 7, 7, 7, 7}},
-      {"[1,2,3,4,5,6] \n", {8}, {7, 7, 7, 7, 7, 7}},
-      {std::string(127, '7'), {128}, {7, 7, 7, 7, 7, 7}},
+  const Arm& arm = GENERATE(false, true) ? six_motors_arm() : woodenhaptics_arm();
+  constexpr Milliamperes kBefore{7, 7, 7, 7, 7, 7}, kNumbers{10, 20, 30, 40, 50, 60};
+  auto [text, errors, obeyed] = GENERATE_COPY(table<std::string, std::vector<int>, Milliamperes>({
+      {"[#]\n", {0}, kNumbers},
+      {"[#]\r\n", {0}, kNumbers},
+      {"noise[#]\n", {0}, kNumbers},
+      {"[1,[#]\n", {512}, kBefore},  // commas count from the line's begin
+      {"[^]\n", {0}, {6000, 0, -6000, 0, 6000, 0}},
+      {"[1,2]\n", {512}, kBefore},
+      {"[#,7]\n", {512}, kBefore},
+      {"[]\n", {512}, kBefore},
+      {"]\n", {256}, kBefore},
+      {"#]\n", {256}, kBefore},
+      {"[a#]\n", {1024}, kBefore},
+      {"[$]\n", {1024}, kBefore},
+      {"[~]\n", {1024}, kBefore},
+      {"[#] \n", {8}, kBefore},
+      {std::string(127, '7'), {128}, kBefore},
       // both of two lines at once are lost
-      {"[1,1,1,1,1,1]\n[2,2,2,2,2,2]\n", {8, 256}, {7, 7, 7, 7, 7, 7}},
+      {"[#]\n[#]\n", {8, 256}, kBefore},
   }));
-  CAPTURE(text);
-  EmulatedDevice board = quiet_board();
-  const std::string before = tell(board, "[7,7,7,7,7,7]\n", kMs);
-  REQUIRE(before.size() > 5);
-  const std::string counts = before.substr(0, before.rfind(',') + 1);  // "[6,e0,…,e5,"
-  CHECK(counts.rfind("[6,", 0) == 0);
+  CAPTURE(arm.name, text);
+  EmulatedDevice board = quiet_board(arm);
+  Milliamperes before = kBefore;
+  std::fill(before.begin() + static_cast<ptrdiff_t>(arm.motors), before.end(), 0);
+  std::fill(obeyed.begin() + static_cast<ptrdiff_t>(arm.motors), obeyed.end(), 0);
+  // the counts of the middle of the workspace, after a valid line at the same place
+  const CommandText first = encode_currents(before, Challenge::kNone, arm.motors);
+  const std::string said = tell(board, first.view(), kMs);
+  const std::string counts = said.substr(0, said.rfind(',') + 1);  // "[6,e0,…,e5,"
+  REQUIRE(counts.rfind("[" + std::to_string(arm.model) + ",", 0) == 0);
   std::string expected;
   for (const int error : errors) expected += counts + std::to_string(error) + "]\n";
-  CHECK(tell(board, text, kMs) == expected);
+  CHECK(tell(board, filled(text, arm.motors), kMs) == expected);
   CHECK(board.record().currents == obeyed);
+  const size_t rejected = errors == std::vector{0} ? 0 : errors.size();
+  CHECK(board.record().rejected == rejected);
+  CHECK(board.record().commands == (rejected == 0 ? 2 : 1));
 }
 
 TEST_CASE("six motors line: a line cut in two is one line", "[device-io]") {

@@ -142,12 +142,12 @@ TEST_CASE("spacemouse: lying device: one that falls silent while deflected comes
   Bench bench(pushed({350, 0, 0, 0, 0, 0}, 10));
   bench.run(500);
   const Vec3 before_B = bench.state.X_BH.p;
-  bench.emulated.lie(SpaceMouseFault::kStuck);
+  bench.emulated.lie(Lie::kSilent);
   bench.run(2000);
   CHECK(bench.state.V_BH == Twist{});
   // within 0.2 s, so within 42 mm
   CHECK(norm(bench.state.X_BH.p - before_B) < 0.042);
-  bench.emulated.lie(SpaceMouseFault::kHealthy);
+  bench.emulated.lie(Lie::kHealthy);
   bench.run(20);
   CHECK(norm(bench.state.V_BH.v) == Approx(kMetresPerSecond));
 }
@@ -156,10 +156,8 @@ TEST_CASE(
     "spacemouse: lying device: whatever it says, the handle is finite, no faster than its "
     "speed, and in its workspace",
     "[device-io]") {
-  const auto fault =
-      GENERATE(SpaceMouseFault::kFrozen, SpaceMouseFault::kDelayed, SpaceMouseFault::kNoise,
-               SpaceMouseFault::kFlipped, SpaceMouseFault::kHalves, SpaceMouseFault::kLoses,
-               SpaceMouseFault::kOverdone);
+  const auto fault = GENERATE(Lie::kFrozen, Lie::kDelayed, Lie::kNoise, Lie::kFlipped, Lie::kHalves,
+                              Lie::kLoses, Lie::kOverdone);
   DeviceConfig config;
   config.workspace_radius = 0.1;
   EmulatedSpaceMouseOptions options;
@@ -177,7 +175,7 @@ TEST_CASE(
     REQUIRE(norm(bench.state.X_BH.p) <= 0.1 + 1e-12);
     REQUIRE(norm(bench.state.V_BH.v) <= std::sqrt(3.0) * kMetresPerSecond + 1e-9);
   }
-  CHECK((bench.driver.rejected() > 0) == (fault == SpaceMouseFault::kHalves));
+  CHECK((bench.driver.rejected() > 0) == (fault == Lie::kHalves));
 }
 
 TEST_CASE("spacemouse: a stalled servo does not make the handle jump", "[device-io]") {

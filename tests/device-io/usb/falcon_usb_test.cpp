@@ -84,6 +84,10 @@ struct Host {
     return -1;
   }
   bool has(uint32_t flags, uint32_t mask) const { return (state.flags & mask) == flags; }
+  /// Homed, and none of these, within three seconds.
+  bool is_ready(uint32_t bad = kDeviceLost) {
+    return tick_until(3000, [&] { return has(kDeviceHomed, kDeviceHomed | bad); }) > 0;
+  }
 
   DeviceConfig config;
   std::unique_ptr<Device> device;
@@ -100,9 +104,15 @@ struct Desk : Host {
     const std::lock_guard guard(usb.lock());
     return falcon.motors();
   }
-  bool pushes() {
-    const auto words = motors();
-    return words[0] != 0 || words[1] != 0 || words[2] != 0;
+  bool pushes() { return motors() != std::array<int, 3>{}; }
+  void lie(Lie how) {
+    const std::lock_guard guard(usb.lock());
+    falcon.lie(how);
+  }
+  /// Opens it and presses.
+  void push() {
+    open();
+    REQUIRE(tick_until(3000, [&] { return pushes(); }) > 0);
   }
 
   EmulatedFalcon falcon;
@@ -126,8 +136,7 @@ TEST_CASE("falcon over usbfs: found, driven, and let go of", "[device-io]") {
   CHECK(plugged[0].serial == "EMU0001");
   CHECK(plugged[0].port == "1-2");
   desk.open();
-  REQUIRE(desk.tick_until(2000,
-                          [&] { return desk.has(kDeviceHomed, kDeviceHomed | kDeviceLost); }) > 0);
+  REQUIRE(desk.is_ready());
   CHECK_THAT(desk.device->description(), Contains("homed"));
   REQUIRE(desk.tick_until(3000, [&] { return desk.pushes(); }) > 0);
   desk.device->stop();
@@ -147,16 +156,14 @@ TEST_CASE("falcon over usbfs: an image is sent, again after an echo that differs
   CHECK_THROWS_WITH(desk.open(), Contains("no firmware"));
   assign(desk.config.falcon.firmware, image_file(folder));
   desk.open();
-  CHECK(desk.tick_until(2000, [&] { return desk.has(kDeviceHomed, kDeviceHomed | kDeviceLost); }) >
-        0);
+  CHECK(desk.is_ready());
 }
 
 TEST_CASE("falcon over usbfs: unplugged in flight it is lost, and back at another node it is ready",
           "[device-io]") {
   if (!is_below_umockdev()) return;
   Desk desk(pressing());
-  desk.open();
-  REQUIRE(desk.tick_until(3000, [&] { return desk.pushes(); }) > 0);
+  desk.push();
   desk.usb.unplug();
   // counted in ticks of the driver, at most one a millisecond: a machine that stands still has
   // fewer
@@ -168,8 +175,7 @@ TEST_CASE("falcon over usbfs: unplugged in flight it is lost, and back at anothe
   desk.device.reset();
   desk.usb.plug(3);
   desk.open();
-  CHECK(desk.tick_until(3000, [&] { return desk.has(kDeviceHomed, kDeviceHomed | kDeviceLost); }) >
-        0);
+  CHECK(desk.is_ready());
 }
 
 TEST_CASE("falcon over usbfs: what is said is recorded, and played to its driver again",
@@ -177,8 +183,7 @@ TEST_CASE("falcon over usbfs: what is said is recorded, and played to its driver
   if (!is_below_umockdev()) return;
   ByteRecord record;
   Desk desk(pressing());
-  desk.open();
-  REQUIRE(desk.tick_until(3000, [&] { return desk.pushes(); }) > 0);
+  desk.push();
   REQUIRE(record.listen_to(*desk.device));
   // the exchange begins anew, and has learnt after half a second that it may challenge the firmware
   int since = 0;
@@ -203,23 +208,14 @@ TEST_CASE("falcon over usbfs: half packets, lost bytes and a stale queue end in 
           "[device-io]") {
   if (!is_below_umockdev()) return;
   Desk desk(pressing());
-  desk.open();
-  REQUIRE(desk.tick_until(3000, [&] { return desk.pushes(); }) > 0);
-  const auto fault = GENERATE(FalconFault::kHalves, FalconFault::kLoses, FalconFault::kOldFirst);
-  {
-    const std::lock_guard guard(desk.usb.lock());
-    desk.falcon.lie(fault);
-  }
+  desk.push();
+  const auto fault = GENERATE(Lie::kHalves, Lie::kLoses, Lie::kOldFirst);
+  desk.lie(fault);
   const int stale = desk.tick_until(300, [&] { return desk.has(kDeviceStale, kDeviceStale); });
-  if (fault == FalconFault::kOldFirst) CHECK(stale > 0);
+  if (fault == Lie::kOldFirst) CHECK(stale > 0);
   CHECK(std::isfinite(desk.state.X_BH.p.z));
-  {
-    const std::lock_guard guard(desk.usb.lock());
-    desk.falcon.lie(FalconFault::kHealthy);
-  }
-  CHECK(desk.tick_until(3000, [&] {
-    return desk.has(kDeviceHomed, kDeviceHomed | kDeviceLost | kDeviceStale);
-  }) > 0);
+  desk.lie(Lie::kHealthy);
+  CHECK(desk.is_ready(kDeviceLost | kDeviceStale));
 }
 
 namespace {

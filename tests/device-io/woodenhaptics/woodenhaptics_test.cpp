@@ -52,7 +52,7 @@ std::string answer_of(const MotorCounts& n, int error = 0) {
          ",0,0,0," + std::to_string(error) + "]\n";
 }
 
-/// A driver, its line, and a clock controlled by the test.
+/// A driver that has asked for its first sample, its line, and a clock controlled by the test.
 struct Bench {
   PtyLine line;
   std::unique_ptr<Device> device;
@@ -63,6 +63,12 @@ struct Bench {
     config.kind = DeviceKind::kWoodenHaptics;
     assign(config.serial.path, line.name());
     device = open(line, config, greeting);
+    // no question yet: the pose of the greeting, held
+    CHECK_FALSE(read());
+    CHECK(has(kDeviceHeld));
+    CHECK_FALSE(has(kDeviceFresh));
+    CHECK_THAT(state.X_BH.p, IsNear({0.025, 0, 0.205}, 1e-12));
+    device->write({});
   }
   bool read(int64_t later_ns = kMs) {
     t_ns += later_ns;
@@ -74,6 +80,11 @@ struct Bench {
     const bool fresh = read();
     device->write({force_B, {}});
     return fresh;
+  }
+  /// A tick of a device that does not answer.
+  void miss(const Vec3& force_B) {
+    read();
+    device->write({force_B, {}});
   }
   bool has(uint32_t flag) const { return (state.flags & flag) != 0; }
 };
@@ -91,13 +102,7 @@ std::string line_for(const Vec3& amperes) {
 TEST_CASE("woodenhaptics driver: encoder counts become a pose of the tick that asked",
           "[device-io]") {
   Bench b;
-  // no question yet: the pose of the greeting, held
-  CHECK_FALSE(b.read());
-  CHECK(b.has(kDeviceHeld));
-  CHECK_FALSE(b.has(kDeviceFresh));
   CHECK(b.has(kDeviceHomed));
-  CHECK_THAT(b.state.X_BH.p, IsNear({0.025, 0, 0.205}, 1e-12));
-  b.device->write({});
   const int64_t asked_ns = b.t_ns;
   CHECK(b.tick({}, {500, -1000, 2000}));
   CHECK(b.has(kDeviceFresh));
@@ -116,11 +121,8 @@ TEST_CASE("woodenhaptics driver: encoder counts become a pose of the tick that a
 
 TEST_CASE("woodenhaptics driver: a force becomes the currents of the pose it was felt at",
           "[device-io]") {
-  DeviceConfig config;
-  Bench b(config);
+  Bench b;
   const MotorCounts counts{500, -1000, 2000};
-  b.read();
-  b.device->write({});
   b.line.hear();
   const Vec3 force_B{0.5, -1, 2};
   b.tick(force_B, counts);
@@ -128,35 +130,8 @@ TEST_CASE("woodenhaptics driver: a force becomes the currents of the pose it was
   CHECK_FALSE(b.has(kDeviceSaturated));
 }
 
-TEST_CASE("woodenhaptics driver: a force beyond the motors is shortened, its direction kept",
-          "[device-io]") {
-  DeviceConfig config;
-  config.serial.max_current = 2;
-  Bench b(config);
-  const MotorCounts counts{0, -2000, 1000};
-  b.read();
-  b.device->write({});
-  b.line.hear();
-  const Vec3 force_B{0, 4.5, 0.6};  // less than 5 N, but more than two amperes in one motor
-  const Vec3 wanted = motor_currents(kArm, joint_angles(kArm, counts), force_B);
-  const double largest = std::max({std::fabs(wanted.x), std::fabs(wanted.y), std::fabs(wanted.z)});
-  REQUIRE(largest > 2);
-  b.tick(force_B, counts);
-  CHECK(b.line.hear() == line_for(2 / largest * wanted));
-  b.tick({}, counts);
-  CHECK(b.has(kDeviceSaturated));
-  // 50 N is first limited to the device's 5 N
-  b.line.hear();
-  b.tick({0, 0, 50}, counts);
-  const Vec3 five = motor_currents(kArm, joint_angles(kArm, counts), {0, 0, 5});
-  const double most = std::max({std::fabs(five.x), std::fabs(five.y), std::fabs(five.z), 2.0});
-  CHECK(b.line.hear() == line_for(2 / most * five));
-}
-
 TEST_CASE("woodenhaptics driver: a force that is not a number is sent as zero", "[device-io]") {
   Bench b;
-  b.read();
-  b.device->write({});
   b.line.hear();
   const double bad =
       GENERATE(std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity());
@@ -169,24 +144,16 @@ TEST_CASE("woodenhaptics driver: a force that is not a number is sent as zero", 
 TEST_CASE("woodenhaptics driver: one line is under way at a time, a lost one is asked again",
           "[device-io]") {
   Bench b;
-  b.read();
-  b.device->write({});
   CHECK(b.line.hear() == kZeroCommand);
-  for (int i = 0; i < 4; ++i) {
-    b.read();
-    b.device->write({{0, 0, 1}, {}});
-  }
+  for (int i = 0; i < 4; ++i) b.miss({0, 0, 1});
   CHECK(b.line.hear(0).empty());
-  b.read();
-  b.device->write({{0, 0, 1}, {}});
+  b.miss({0, 0, 1});
   CHECK_FALSE(b.line.hear(100).empty());
 }
 
 TEST_CASE("woodenhaptics driver: an answer with an error holds old counts and is not a sample",
           "[device-io]") {
   Bench b;
-  b.read();
-  b.device->write({});
   b.tick({}, {10, 20, 30});
   const Vec3 before_B = b.state.X_BH.p;
   const int error = GENERATE(8, 256, 512, 1024);
@@ -206,8 +173,6 @@ TEST_CASE("woodenhaptics driver: noise, torn lines and another model are no samp
                                     "[1,5,5,5,0,0,0,0]\n", "[3,2000000,0,0,0,0,0,0]\n");
   CAPTURE(text);
   Bench b;
-  b.read();
-  b.device->write({});
   b.line.say(text);
   CHECK_FALSE(b.read());
   CHECK_THAT(b.state.X_BH.p, IsNear({0.025, 0, 0.205}, 1e-12));
@@ -219,8 +184,6 @@ TEST_CASE("woodenhaptics driver: noise, torn lines and another model are no samp
 
 TEST_CASE("woodenhaptics driver: a flood of bytes costs one read a bounded amount", "[device-io]") {
   Bench b;
-  b.read();
-  b.device->write({});
   b.line.say(std::string(3000, 'x'));
   b.line.say(answer_of({7, 7, 7}));
   // 1 KiB per tick: the third read reaches its end
@@ -235,22 +198,14 @@ TEST_CASE("woodenhaptics driver: a flood of bytes costs one read a bounded amoun
 TEST_CASE("woodenhaptics driver: a device that falls silent is lost after 20 ms and gets zero",
           "[device-io]") {
   Bench b;
-  b.read();
-  b.device->write({});
   b.tick({0, 0, 2}, {0, 0, 0});
   b.line.hear();
   int64_t silent = 0;
-  for (; silent < 100 && !b.has(kDeviceLost); ++silent) {
-    b.read();
-    b.device->write({{0, 0, 2}, {}});
-  }
+  for (; silent < 100 && !b.has(kDeviceLost); ++silent) b.miss({0, 0, 2});
   CHECK(silent == 21);
   // every command from now on is zero
   b.line.hear(50);
-  for (int i = 0; i < 20; ++i) {
-    b.read();
-    b.device->write({{0, 0, 2}, {}});
-  }
+  for (int i = 0; i < 20; ++i) b.miss({0, 0, 2});
   CHECK(b.line.hear() == kZeroCommand);
   // it answers again: the jump in between is not a velocity
   CHECK_FALSE(b.tick({0, 0, 2}, {3000, 0, 0}));
@@ -262,13 +217,8 @@ TEST_CASE("woodenhaptics driver: a device that falls silent is lost after 20 ms 
 TEST_CASE("woodenhaptics driver: after a silence zero is confirmed before any force is sent",
           "[device-io]") {
   Bench b;
-  b.read();
-  b.device->write({});
   b.tick({0, 0, 2}, {0, 0, 0});
-  for (int i = 0; i < 40; ++i) {
-    b.read();
-    b.device->write({{0, 0, 2}, {}});
-  }
+  for (int i = 0; i < 40; ++i) b.miss({0, 0, 2});
   REQUIRE(b.has(kDeviceLost));
   b.line.hear();
   // the first answer was under way when the device fell silent: the lines since then are queued,
@@ -288,13 +238,10 @@ TEST_CASE("woodenhaptics driver: after a silence zero is confirmed before any fo
 
 TEST_CASE("woodenhaptics driver: a silent device is asked ever more rarely", "[device-io]") {
   Bench b;
-  b.read();
-  b.device->write({});
   b.line.hear();
   size_t lines = 0;
   for (int i = 0; i < 5000; ++i) {
-    b.read();
-    b.device->write({{0, 0, 2}, {}});
+    b.miss({0, 0, 2});
     const std::string said = b.line.hear(0);
     lines += static_cast<size_t>(std::count(said.begin(), said.end(), '\n'));
   }
@@ -306,8 +253,6 @@ TEST_CASE("woodenhaptics driver: a silent device is asked ever more rarely", "[d
 TEST_CASE("woodenhaptics driver: after a pause of the loop the force does not jump back",
           "[device-io]") {
   Bench b;
-  b.read();
-  b.device->write({});
   b.tick({0, 0, 2}, {0, 0, 0});
   b.line.hear();
   b.line.say(answer_of({0, 0, 0}));
@@ -327,8 +272,6 @@ TEST_CASE("woodenhaptics driver: after a pause of the loop the force does not ju
 
 TEST_CASE("woodenhaptics driver: unplugged, it is lost for good and nothing fails", "[device-io]") {
   Bench b;
-  b.read();
-  b.device->write({});
   b.tick({0, 0, 2}, {10, 20, 30});
   const Vec3 before_B = b.state.X_BH.p;
   b.line.unplug();
@@ -344,8 +287,6 @@ TEST_CASE("woodenhaptics driver: unplugged, it is lost for good and nothing fail
 
 TEST_CASE("woodenhaptics driver: the velocity follows a ramp", "[device-io]") {
   Bench b;
-  b.read();
-  b.device->write({});
   for (int n = 0; n <= 200; ++n) {
     // an honest device answers an invalid line as such, before the question
     const std::string asked = b.line.hear();
@@ -364,8 +305,6 @@ TEST_CASE("woodenhaptics driver: the velocity follows a ramp", "[device-io]") {
 TEST_CASE("woodenhaptics driver: stop sends zero until it is confirmed, and takes no time",
           "[device-io]") {
   Bench b;
-  b.read();
-  b.device->write({});
   b.tick({0, 0, 2}, {0, 0, 0});
   b.line.hear();
   // no answers, several times, for 40 ms
@@ -395,8 +334,6 @@ TEST_CASE("woodenhaptics driver: stop is obeyed by a firmware that was held up m
   const int64_t held_up_ms = GENERATE(0, 3, 6, 8, 12, 16);
   CAPTURE(held_up_ms);
   Bench b;
-  b.read();
-  b.device->write({});
   b.line.hear();
   EmulatedDevice firmware({}, now_ns());
   b.tick({0, 0, 2}, {0, 0, 0});  // its line waits, and is replaced by the zero
@@ -453,11 +390,8 @@ TEST_CASE("woodenhaptics driver: a firmware that waits for its button is not hom
   // the first encoder follows a sine, the second repeats the first current
   Bench b({}, answer_of({8000, 0, 0}));
   CHECK(b.device->description().find("NOT HOMED") != std::string::npos);
-  b.read();
   CHECK_FALSE(b.has(kDeviceHomed));
   for (int n = 1; n < 50; ++n) {
-    b.line.hear(0);
-    b.device->write({{0, 0, 3}, {}});
     const std::string asked = b.line.hear();
     const int current = std::stoi(asked.substr(1));
     REQUIRE(current <= 7);
@@ -467,8 +401,8 @@ TEST_CASE("woodenhaptics driver: a firmware that waits for its button is not hom
     REQUIRE_FALSE(b.has(kDeviceHomed));
     REQUIRE_FALSE(b.has(kDeviceLost));
     REQUIRE_THAT(b.state.X_BH.p, IsNear({0.025, 0, 0.205}, 1e-12));
+    b.device->write({{0, 0, 3}, {}});
   }
-  b.device->write({});
   CHECK(b.tick({}, {2, -1, 3}));
   CHECK(b.has(kDeviceHomed));
 }

@@ -10,21 +10,9 @@
 #include <vector>
 
 #include "device-io/hand/plant.h"
+#include "tests/support/driver/lie.h"
 
 namespace haptic::test {
-
-/// How an emulated board deviates from an honest one.
-enum class HaplyFault {
-  kHealthy,
-  kFrozen,        // the same answer for ever, in time
-  kFrozenCounts,  // the same counts behind the right numbers
-  kDelayed,       // each answer is the one of fifty questions ago
-  kOldFirst,      // before each answer an old one
-  kNoise,         // one encoder jumps about by some ten counts
-  kFlipped,       // one encoder counts backwards
-  kSilent,        // no answer, and no question is taken
-  kLoses,         // one byte in a hundred is lost on the way to the host
-};
 
 struct EmulatedHaplyOptions {
   SimulatedHandConfig hand{};    // the device and the hand that holds it
@@ -49,7 +37,7 @@ class EmulatedHaply {
   /// To the host: all that has been said up to now.
   Bytes give(int64_t t_ns);
 
-  void lie(HaplyFault fault) { fault_ = fault; }
+  void lie(Lie how) { lie_ = how; }
   /// It forgets its setup and lets go.
   void cut_power();
 
@@ -84,7 +72,7 @@ class EmulatedHaply {
   Vec3 motor_force() const;
 
   EmulatedHaplyOptions options_;
-  HaplyFault fault_ = HaplyFault::kHealthy;
+  Lie lie_ = Lie::kHealthy;
   std::deque<uint8_t> in_;
   Bytes out_;
   std::deque<Bytes> said_;         // the last answers with their numbers

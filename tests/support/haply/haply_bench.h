@@ -3,56 +3,53 @@
 
 #include <deque>
 #include <memory>
+#include <span>
 #include <utility>
 
 #include "device-io/haply/haply.h"
+#include "tests/support/driver/bench.h"
 #include "tests/support/haply/emulated_haply.h"
 
 namespace haptic::test {
 
-/// The driver and an emulated board on virtual time, its line taking `delay_ns` each way: all of
-/// the driver but its node.
-class HaplyBench final : public Device {
+/// The driver and an emulated board on virtual time: all of the driver but its node.
+class HaplyBench final : public DriverBench {
  public:
   explicit HaplyBench(const EmulatedHaplyOptions& options, DeviceConfig config = {})
       : emulated_(options) {
+    delay_ns = 200'000;
     config.pantograph = options.arm;
     const HaplySetup setup = encode_haply_setup(kHaplyDevice, {});
-    send({kHaplyReset.begin(), kHaplyReset.end()});
-    send({setup.begin(), setup.end()});
+    tell(kHaplyReset);
+    tell(setup);
     driver_ = std::make_unique<ThreeMotorDevice>(haply_arm(config.pantograph), config, mailbox_);
     pass(t_ns_ + 2'000'000);
   }
 
-  DeviceCaps caps() const override { return driver_->caps(); }
-  std::string description() const override { return driver_->description(); }
-  bool read(const TickTime& tick, DeviceState& state) override {
-    pass(tick.now_ns);
-    return driver_->read(tick, state);
-  }
   void write(const Wrench& F_B) override {
     driver_->write(F_B);
     if (!exchange_.may_ask(t_ns_)) return;
     const HaplyQuestion question = exchange_.ask(t_ns_);
-    send({question.begin(), question.end()});
+    tell(question);
   }
-  void stop() override { driver_->stop(); }
-  DeviceRelease release() const override { return driver_->release(); }
 
-  /// Time passes for the line and the board.
-  void pass(int64_t t_ns) {
+  void pass(int64_t t_ns) override {
     for (; t_ns_ + kTurnNs <= t_ns; t_ns_ += kTurnNs) turn();
   }
-  /// As somebody else does who has the node.
-  void send(EmulatedHaply::Bytes bytes) {
-    to_board_.emplace_back(t_ns_ + delay_ns, std::move(bytes));
+  void lie(Lie how) override { emulated_.lie(how); }
+  void cut() override { emulated_.cut_power(); }
+  const HandPlant& plant() const override { return emulated_.plant(); }
+  Wrench felt_B() const override { return {emulated_.force_B(), {}}; }
+  double effort() const override { return emulated_.largest_torque(); }
+  uint64_t oddities() const override { return exchange_.old(); }
+  void tell(std::span<const uint8_t> bytes) override {
+    to_board_.emplace_back(t_ns_ + delay_ns, EmulatedHaply::Bytes(bytes.begin(), bytes.end()));
   }
 
   EmulatedHaply& emulated() { return emulated_; }
   const HaplyExchange& exchange() const { return exchange_; }
-  int64_t t_ns() const { return t_ns_; }
+  int64_t t_ns() const override { return t_ns_; }
 
-  int64_t delay_ns = 200'000;
   static constexpr int64_t kTurnNs = 50'000;
 
  private:
@@ -72,9 +69,8 @@ class HaplyBench final : public Device {
   EmulatedHaply emulated_;
   std::shared_ptr<MotorMailbox> mailbox_ = std::make_shared<MotorMailbox>();
   HaplyExchange exchange_{*mailbox_};
-  std::unique_ptr<ThreeMotorDevice> driver_;
   Sent to_board_, to_host_;
-  int64_t t_ns_ = 1'000'000'000;
+  int64_t t_ns_ = kStartNs;
 };
 
 }  // namespace haptic::test

@@ -31,7 +31,7 @@ double angle_at(const Vec3& p_B, int leg) {
   };
   // from leaning outwards as far as it goes: the rod becomes shorter as the arm rises
   double low = -kPi / 2, high = kPi * 2 / 3;
-  constexpr double kScan = 0.05;  // far less than between the two ways to bend the leg
+  constexpr double kScan = 0.15;  // far less than between the two ways to bend the leg
   for (double angle = low; angle < high; angle += kScan) {
     if (too_long(angle)) low = angle;
     if (!too_long(angle) && too_long(angle - kScan)) {
@@ -39,7 +39,7 @@ double angle_at(const Vec3& p_B, int leg) {
       break;
     }
   }
-  for (int n = 0; n < 45; ++n) {
+  for (int n = 0; n < 36; ++n) {
     const double middle = (low + high) / 2;
     (too_long(middle) ? low : high) = middle;
   }
@@ -100,7 +100,7 @@ void EmulatedFalcon::cut_power() {
 }
 
 bool EmulatedFalcon::loses() {
-  return fault_ == FalconFault::kLoses && random_() % 100 == 0;
+  return lie_ == Lie::kLoses && random_() % 100 == 0;
 }
 
 bool EmulatedFalcon::control(const UsbSetup& setup, const UsbBytes&, UsbBytes&, int64_t t_ns) {
@@ -215,12 +215,12 @@ void EmulatedFalcon::take_packet(int64_t t_ns) {
 }
 
 void EmulatedFalcon::answer() {
-  if (fault_ == FalconFault::kSilent) return;
+  if (lie_ == Lie::kSilent) return;
   ++answers_;
   std::array<int, 3> said = counts_;
-  if (fault_ == FalconFault::kNoise) said[1] += static_cast<int>(random_() % 61) - 30;
-  if (fault_ == FalconFault::kFlipped) said[1] = 2 * mirror_[1] - said[1];
-  if (fault_ != FalconFault::kFlipped) mirror_ = counts_;
+  if (lie_ == Lie::kNoise) said[1] += static_cast<int>(random_() % 61) - 30;
+  if (lie_ == Lie::kFlipped) said[1] = 2 * mirror_[1] - said[1];
+  if (lie_ != Lie::kFlipped) mirror_ = counts_;
   UsbBytes packet{'<'};
   for (const int count : said) {
     for (int k = 0; k < 4; ++k) {
@@ -233,10 +233,10 @@ void EmulatedFalcon::answer() {
   packet.insert(packet.end(), {'A', '>'});
   said_.push_back(packet);
   if (said_.size() > kQueue) said_.pop_front();
-  if (fault_ == FalconFault::kFrozen) packet = whole_;
-  if (fault_ != FalconFault::kFrozen) whole_ = packet;
-  if (fault_ == FalconFault::kOldFirst) send(said_.front());
-  send(fault_ == FalconFault::kDelayed ? said_.front() : packet);
+  if (lie_ == Lie::kFrozen) packet = whole_;
+  if (lie_ != Lie::kFrozen) whole_ = packet;
+  if (lie_ == Lie::kOldFirst) send(said_.front());
+  send(lie_ == Lie::kDelayed ? said_.front() : packet);
 }
 
 bool EmulatedFalcon::give(uint8_t endpoint, size_t most, UsbBytes& packet, int64_t t_ns) {
@@ -246,7 +246,7 @@ bool EmulatedFalcon::give(uint8_t endpoint, size_t most, UsbBytes& packet, int64
   if (!full && t_ns - given_ns_ < latency_ns_) return false;
   given_ns_ = t_ns;
   size_t n = std::min({to_host_.size(), std::max<size_t>(most, 2) - 2, kPayload});
-  if (fault_ == FalconFault::kHalves) n = std::min<size_t>(n, 9);
+  if (lie_ == Lie::kHalves) n = std::min<size_t>(n, 9);
   packet = {0x01, 0x60};  // modem status
   packet.insert(packet.end(), to_host_.begin(), to_host_.begin() + static_cast<ptrdiff_t>(n));
   to_host_.erase(to_host_.begin(), to_host_.begin() + static_cast<ptrdiff_t>(n));

@@ -8,22 +8,12 @@
 #include <vector>
 
 #include "device-io/hand/plant.h"
+#include "tests/support/driver/lie.h"
 #include "tests/support/usb/emulated_usb.h"
 
 namespace haptic::test {
 
-/// How an emulated Falcon deviates from an honest one.
-enum class FalconFault {
-  kHealthy,
-  kFrozen,    // the same counts for ever, in time
-  kDelayed,   // each answer is the one of fifty questions ago
-  kOldFirst,  // before each answer an old one
-  kNoise,     // one encoder jumps about by some ten counts
-  kFlipped,   // one encoder counts backwards
-  kSilent,    // no answer, though the chip goes on
-  kHalves,    // each answer comes in two packets
-  kLoses,     // one byte in a hundred is lost, each way
-};
+using FalconFault = Lie;
 
 struct EmulatedFalconOptions {
   SimulatedHandConfig hand{};  // the device and the hand that holds it
@@ -49,7 +39,7 @@ class EmulatedFalcon final : public EmulatedUsb {
   void take(uint8_t endpoint, const uint8_t* bytes, size_t size, int64_t t_ns) override;
   bool give(uint8_t endpoint, size_t most, UsbBytes& packet, int64_t t_ns) override;
 
-  void lie(FalconFault fault) { fault_ = fault; }
+  void lie(Lie how) { lie_ = how; }
   /// The power is cut and comes back: no firmware, not homed.
   void cut_power();
 
@@ -99,7 +89,7 @@ class EmulatedFalcon final : public EmulatedUsb {
   State state_ = State::kBoot;
   UsbBytes image_;
   bool homing_ = false;
-  FalconFault fault_ = FalconFault::kHealthy;
+  Lie lie_ = Lie::kHealthy;
   std::array<int, 3> motors_{}, counts_{}, mirror_{};
   UsbBytes whole_;             // the last honest answer
   std::deque<UsbBytes> said_;  // the last answers, sent or not

@@ -130,30 +130,30 @@ void EmulatedHidArm::take(uint8_t endpoint, const uint8_t* bytes, size_t size, i
 }
 
 void EmulatedHidArm::report() {
-  if (fault_ == HidArmFault::kSilent) return;
+  if (lie_ == Lie::kSilent) return;
   std::array<int, 3> said = counts_;
-  if (fault_ == HidArmFault::kNoise) said[1] += static_cast<int>(random_() % 61) - 30;
-  if (fault_ == HidArmFault::kFlipped) said[1] = 2 * mirror_[1] - said[1];
-  if (fault_ != HidArmFault::kFlipped) mirror_ = counts_;
+  if (lie_ == Lie::kNoise) said[1] += static_cast<int>(random_() % 61) - 30;
+  if (lie_ == Lie::kFlipped) said[1] = 2 * mirror_[1] - said[1];
+  if (lie_ != Lie::kFlipped) mirror_ = counts_;
   ++counter_;
-  if (fault_ == HidArmFault::kJumps) counter_ = static_cast<uint16_t>(random_());
+  if (lie_ == Lie::kJumps) counter_ = static_cast<uint16_t>(random_());
   UsbBytes report;
   for (const int word : {said[0], said[1], said[2], int{counter_}}) {
     const unsigned bits = static_cast<unsigned>(word) & 0xffff;
     report.push_back(static_cast<uint8_t>(bits % 256));
     report.push_back(static_cast<uint8_t>(bits / 256));
   }
-  if (fault_ == HidArmFault::kFrozen && !said_.empty()) report = said_.back();
+  if (lie_ == Lie::kFrozen && !said_.empty()) report = said_.back();
   said_.push_back(report);
   if (said_.size() > kQueue) said_.pop_front();
   if (loses()) return;
-  if (fault_ == HidArmFault::kHalves) {
+  if (lie_ == Lie::kHalves) {
     to_host_.push_back({report.begin(), report.begin() + 4});
     to_host_.push_back({report.begin() + 4, report.end()});
     return;
   }
-  if (fault_ == HidArmFault::kOldFirst) to_host_.push_back(said_.front());
-  to_host_.push_back(fault_ == HidArmFault::kDelayed ? said_.front() : report);
+  if (lie_ == Lie::kOldFirst) to_host_.push_back(said_.front());
+  to_host_.push_back(lie_ == Lie::kDelayed ? said_.front() : report);
 }
 
 bool EmulatedHidArm::give(uint8_t endpoint, size_t most, UsbBytes& packet, int64_t t_ns) {

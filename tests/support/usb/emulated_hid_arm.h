@@ -6,23 +6,10 @@
 #include <random>
 
 #include "device-io/hand/plant.h"
+#include "tests/support/driver/lie.h"
 #include "tests/support/usb/emulated_usb.h"
 
 namespace haptic::test {
-
-/// How an emulated arm deviates from an honest one.
-enum class HidArmFault {
-  kHealthy,
-  kFrozen,    // the same report for ever, in time
-  kOldFirst,  // before each report one of fifty reports ago
-  kDelayed,   // each report is the one of fifty reports ago
-  kNoise,     // one encoder jumps about by some ten counts
-  kFlipped,   // one encoder counts backwards
-  kHalves,    // each report comes in two packets
-  kLoses,     // one report in ten is lost, each way
-  kJumps,     // the counter goes anywhere
-  kSilent,    // no report
-};
 
 struct EmulatedHidArmOptions {
   SimulatedHandConfig hand{};  // the device and the hand that holds it
@@ -44,7 +31,7 @@ class EmulatedHidArm final : public EmulatedUsb {
   void take(uint8_t endpoint, const uint8_t* bytes, size_t size, int64_t t_ns) override;
   bool give(uint8_t endpoint, size_t most, UsbBytes& packet, int64_t t_ns) override;
 
-  void lie(HidArmFault fault) { fault_ = fault; }
+  void lie(Lie how) { lie_ = how; }
 
   const HandPlant& plant() const { return plant_; }
   /// On the hand, by the motors [N].
@@ -56,14 +43,14 @@ class EmulatedHidArm final : public EmulatedUsb {
  private:
   void advance_to(int64_t t_ns);
   void report();
-  bool loses() { return fault_ == HidArmFault::kLoses && random_() % 10 == 0; }
+  bool loses() { return lie_ == Lie::kLoses && random_() % 10 == 0; }
   Vec3 tip(const Vec3& angles) const;
   void sense();
   Vec3 motor_force() const;
 
   EmulatedHidArmOptions options_;
   UsbDescriptors descriptors_;
-  HidArmFault fault_ = HidArmFault::kHealthy;
+  Lie lie_ = Lie::kHealthy;
   std::deque<UsbBytes> said_, to_host_;
   uint16_t counter_ = 0;
   std::array<int, 3> counts_{}, mirror_{}, milliamperes_{};

@@ -83,9 +83,9 @@ void EmulatedSpaceMouse::take(uint8_t endpoint, const uint8_t* bytes, size_t siz
 }
 
 UsbBytes EmulatedSpaceMouse::axes_report(std::array<int, 6> axes) {
-  if (fault_ == SpaceMouseFault::kNoise) axes[1] += static_cast<int>(random_() % 61) - 30;
-  if (fault_ == SpaceMouseFault::kFlipped) axes[1] = -axes[1];
-  if (fault_ == SpaceMouseFault::kOverdone) axes.fill(32767);
+  if (lie_ == Lie::kNoise) axes[1] += static_cast<int>(random_() % 61) - 30;
+  if (lie_ == Lie::kFlipped) axes[1] = -axes[1];
+  if (lie_ == Lie::kOverdone) axes.fill(32767);
   const size_t first = rotations_next_ && !options_.whole ? 3 : 0;
   UsbBytes report{static_cast<uint8_t>(first == 0 ? 1 : 2)};
   for (size_t i = first; i < (options_.whole ? 6 : first + 3); ++i) {
@@ -99,19 +99,19 @@ UsbBytes EmulatedSpaceMouse::axes_report(std::array<int, 6> axes) {
 
 void EmulatedSpaceMouse::say(UsbBytes report) {
   ++reports_;
-  if (fault_ == SpaceMouseFault::kFrozen && !said_.empty()) report = said_.front();
+  if (lie_ == Lie::kFrozen && !said_.empty()) report = said_.front();
   said_.push_back(report);
   if (said_.size() > kQueue) said_.pop_front();
-  if (fault_ == SpaceMouseFault::kLoses && random_() % 10 == 0) return;
-  if (fault_ == SpaceMouseFault::kDelayed) report = said_.front();
-  if (fault_ != SpaceMouseFault::kHalves) return to_host_.push_back(report);
+  if (lie_ == Lie::kLoses && random_() % 10 == 0) return;
+  if (lie_ == Lie::kDelayed) report = said_.front();
+  if (lie_ != Lie::kHalves) return to_host_.push_back(report);
   const auto middle = report.begin() + static_cast<ptrdiff_t>(report.size() / 2);
   to_host_.push_back({report.begin(), middle});
   to_host_.push_back({middle, report.end()});
 }
 
 void EmulatedSpaceMouse::report(double t) {
-  if (fault_ == SpaceMouseFault::kStuck) return;
+  if (lie_ == Lie::kSilent) return;
   const uint32_t buttons = options_.buttons(t);
   if (buttons != buttons_) {
     buttons_ = buttons;
@@ -120,7 +120,7 @@ void EmulatedSpaceMouse::report(double t) {
   const std::array<int, 6> axes = options_.hand(t);
   const bool rests = std::all_of(axes.begin(), axes.end(), [](int n) { return n == 0; });
   zeros_ = rests ? zeros_ + 1 : 0;
-  const bool lies = fault_ != SpaceMouseFault::kHealthy && fault_ != SpaceMouseFault::kLoses;
+  const bool lies = lie_ != Lie::kHealthy && lie_ != Lie::kLoses;
   if (zeros_ > (options_.whole ? kLastZeros : 2 * kLastZeros) && !lies) return;
   say(axes_report(axes));
 }

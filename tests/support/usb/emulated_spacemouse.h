@@ -6,22 +6,10 @@
 #include <functional>
 #include <random>
 
+#include "tests/support/driver/lie.h"
 #include "tests/support/usb/emulated_usb.h"
 
 namespace haptic::test {
-
-/// How an emulated knob deviates from an honest one.
-enum class SpaceMouseFault {
-  kHealthy,
-  kFrozen,    // its first report for ever
-  kDelayed,   // each report is the one of twenty reports ago
-  kNoise,     // one axis jumps about by some thirty counts
-  kFlipped,   // one axis has the other sign
-  kHalves,    // each report comes in two packets
-  kLoses,     // one report in ten is lost
-  kStuck,     // no report, however it is deflected
-  kOverdone,  // all axes read 32767
-};
 
 struct EmulatedSpaceMouseOptions {
   bool whole = false;    // one report of 13 bytes, not two of 7
@@ -43,7 +31,7 @@ class EmulatedSpaceMouse final : public EmulatedUsb {
   void take(uint8_t endpoint, const uint8_t* bytes, size_t size, int64_t t_ns) override;
   bool give(uint8_t endpoint, size_t most, UsbBytes& packet, int64_t t_ns) override;
 
-  void lie(SpaceMouseFault fault) { fault_ = fault; }
+  void lie(Lie how) { lie_ = how; }
   bool is_lit() const { return lit_; }
   uint64_t reports() const { return reports_; }
 
@@ -54,7 +42,7 @@ class EmulatedSpaceMouse final : public EmulatedUsb {
 
   EmulatedSpaceMouseOptions options_;
   UsbDescriptors descriptors_;
-  SpaceMouseFault fault_ = SpaceMouseFault::kHealthy;
+  Lie lie_ = Lie::kHealthy;
   std::deque<UsbBytes> to_host_, said_;
   uint32_t buttons_ = 0;
   int zeros_ = 0;  // reports without deflection since the last one with

@@ -6,12 +6,14 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <span>
 #include <utility>
 
 #include "device-io/falcon/bring_up.h"
 #include "device-io/falcon/exchange.h"
 #include "device-io/falcon/falcon.h"
 #include "device-io/falcon/usb_link.h"
+#include "tests/support/driver/bench.h"
 #include "tests/support/usb/emulated_falcon.h"
 
 namespace haptic::test {
@@ -42,7 +44,7 @@ inline FtdiPort port_of(EmulatedFalcon& device, int64_t& t_ns) {
 
 /// The driver and an emulated Falcon on virtual time: its transfers take place in turns of 125 µs,
 /// half of a packet's time on the chip's serial side. All of the driver but libusb.
-class FalconBench final : public Device {
+class FalconBench final : public DriverBench {
  public:
   explicit FalconBench(const EmulatedFalconOptions& options, const DeviceConfig& config = {})
       : emulated_(options) {
@@ -52,19 +54,20 @@ class FalconBench final : public Device {
     driver_ = std::make_unique<ThreeMotorDevice>(falcon_arm(config.falcon), config, mailbox_);
   }
 
-  DeviceCaps caps() const override { return driver_->caps(); }
-  std::string description() const override { return driver_->description(); }
-  bool read(const TickTime& tick, DeviceState& state) override {
-    pass(tick.now_ns);
-    return driver_->read(tick, state);
-  }
-  void write(const Wrench& F_B) override { driver_->write(F_B); }
-  void stop() override { driver_->stop(); }
-
-  /// Time passes for the device and the transfers.
-  void pass(int64_t t_ns) {
+  void pass(int64_t t_ns) override {
     for (; t_ns_ + kTurnNs <= t_ns; t_ns_ += kTurnNs) turn();
   }
+
+  void lie(Lie how) override { emulated_.lie(how); }
+  void cut() override { emulated_.cut_power(); }
+  void tell(std::span<const uint8_t> bytes) override {
+    begin_anew();
+    emulated_.take(kFalconOut, bytes.data(), bytes.size(), t_ns_);
+  }
+  const HandPlant& plant() const override { return emulated_.plant(); }
+  Wrench felt_B() const override { return {emulated_.force_B(), {}}; }
+  double effort() const override { return largest_of(emulated_.motors()); }
+  uint64_t oddities() const override { return exchange_->surplus(); }
 
   /// As the link does after transfers that hapticd has cancelled.
   void begin_anew() { exchange_->begin_anew(t_ns_); }
@@ -75,10 +78,9 @@ class FalconBench final : public Device {
   EmulatedFalcon& emulated() { return emulated_; }
   const FalconExchange& exchange() const { return *exchange_; }
   MotorMailbox& mailbox() { return *mailbox_; }
-  int64_t t_ns() const { return t_ns_; }
+  int64_t t_ns() const override { return t_ns_; }
 
   static constexpr int64_t kTurnNs = 125'000;
-  static constexpr int64_t kStartNs = 1'000'000'000;
 
  private:
   void turn() {
@@ -99,7 +101,6 @@ class FalconBench final : public Device {
   EmulatedFalcon emulated_;
   std::shared_ptr<MotorMailbox> mailbox_ = std::make_shared<MotorMailbox>();
   std::unique_ptr<FalconExchange> exchange_;
-  std::unique_ptr<ThreeMotorDevice> driver_;
   std::deque<std::pair<int64_t, UsbBytes>> under_way_;
   int64_t t_ns_ = 0, last_due_ns_ = 0;
 };
