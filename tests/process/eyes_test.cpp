@@ -30,7 +30,6 @@ namespace {
 
 using test::eventually;
 using test::HapticdProcess;
-using test::programs_are_built;
 using test::TemporaryRuntimeFolder;
 using test::Watcher;
 
@@ -138,7 +137,7 @@ std::vector<std::array<double, 3>> read_off(const std::string& path, double size
 
 TEST_CASE("eyes: the bunny to be drawn is the bunny of the file, lighter") {
   const auto mesh = test::find_mesh("bunny00.off");
-  if (!programs_are_built() || !mesh) return;
+  if (!mesh) return;
   Drawn drawn("bunny.toml");
   const Eyes eyes = drawn.client.eyes();
   CHECK(eyes.problem.empty());
@@ -174,7 +173,6 @@ TEST_CASE("eyes: the bunny to be drawn is the bunny of the file, lighter") {
 }
 
 TEST_CASE("eyes: peg and hole to be drawn have the sizes of the session file, and its points") {
-  if (!programs_are_built()) return;
   Drawn drawn("peg-in-hole.toml");
   const Eyes eyes = drawn.client.eyes();
   const EyeMesh& peg = *eyes.tool;
@@ -205,7 +203,6 @@ TEST_CASE("eyes: peg and hole to be drawn have the sizes of the session file, an
 }
 
 TEST_CASE("eyes: the sphere of virtual-proxy3 and the colours are those of the session file") {
-  if (!programs_are_built()) return;
   Drawn drawn(
       "plane.toml", "renderer = \"virtual-proxy3\"\n",
       "colour = \"#ff8000\"\n[[object]]\nname = \"b\"\nprimitive = \"sphere\"\nsize = \"1 cm\"\n"
@@ -223,7 +220,6 @@ TEST_CASE("eyes: the sphere of virtual-proxy3 and the colours are those of the s
 }
 
 TEST_CASE("eyes: after kill -9 of contact they are there again, and not before from the spare") {
-  if (!programs_are_built()) return;
   Drawn drawn("plane.toml");
   REQUIRE(drawn.watcher.wait_for_all());
   REQUIRE(
@@ -278,7 +274,6 @@ int look_as(uid_t user) {
 }  // namespace
 
 TEST_CASE("eyes: another user gets them, and cannot write") {
-  if (!programs_are_built()) return;
   if (geteuid() != 0) {
     WARN("SKIPPED: needs root, to become somebody else");
     return;
@@ -306,7 +301,6 @@ TEST_CASE("eyes: another user gets them, and cannot write") {
 }
 
 TEST_CASE("example 02: the drawing shows the tool and the force of its tick") {
-  if (!programs_are_built()) return;
   Drawn drawn("plane.toml");
   REQUIRE(drawn.watcher.wait_for_all());
   // all frames are kept: the drawing is of one of them

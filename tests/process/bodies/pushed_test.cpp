@@ -86,7 +86,6 @@ bool is_mid_push(const Published& seen) {
 }  // namespace
 
 TEST_CASE("pushed: sim is killed in mid-push, and the body is whole where it was extrapolated") {
-  if (!programs_are_built()) return;
   const int n_more = GENERATE(0, 3);  // kills of those that take over, 0, 20 and 40 ms old
   const TemporaryRuntimeFolder folder;
   const HapticdProcess hapticd({write_session(folder.path())}, folder.path());

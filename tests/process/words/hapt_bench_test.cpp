@@ -28,7 +28,6 @@ void check_told(const Ran& ran) {
 }  // namespace
 
 TEST_CASE("hapt bake: the same mesh makes the same file") {
-  if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   write_mesh(folder.path() + "/t.off");
   std::vector<std::string> files;
@@ -47,7 +46,6 @@ TEST_CASE("hapt bake: the same mesh makes the same file") {
 }
 
 TEST_CASE("hapt bake --explain: the costs, the valid interval, the choice of a cell") {
-  if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   write_mesh(folder.path() + "/t.off");
   const std::string words = "bake t.off --unit 1 --explain";
@@ -76,7 +74,6 @@ TEST_CASE("hapt bake --explain: the costs, the valid interval, the choice of a c
 }
 
 TEST_CASE("hapt without its lab says what is missing and goes on with everything else") {
-  if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   const std::filesystem::path alone = std::filesystem::path(folder.path()) / "bin" / "hapt";
   std::filesystem::create_directory(alone.parent_path());
@@ -97,7 +94,6 @@ TEST_CASE("hapt without its lab says what is missing and goes on with everything
 }
 
 TEST_CASE("hapt zwidth, passivity, bode: rows as JSON, and a drawing") {
-  if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   for (const char* words : {"zwidth --damping 0 --hand none --friction 0 --encoder 0",
                             "passivity --stiffness 500", "bode --periods 1 --delay 1"}) {
@@ -120,7 +116,6 @@ TEST_CASE("hapt zwidth, passivity, bode: rows as JSON, and a drawing") {
 }
 
 TEST_CASE("hapt bench segment: every row on a tiny mesh, and what was left out") {
-  if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   ::setenv("HAPTICD_MESHES", folder.path().c_str(), 1);
   const Ran ran =
@@ -154,7 +149,6 @@ TEST_CASE("hapt bench segment: every row on a tiny mesh, and what was left out")
 }
 
 TEST_CASE("hapt bench bake: build, size and mapping of a tiny mesh") {
-  if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   ::setenv("HAPTICD_CACHE", folder.path().c_str(), 1);
   const Ran ran = hapt("bench bake --n 8 --rounds 1 --json", folder.path());
@@ -172,7 +166,6 @@ TEST_CASE("hapt bench bake: build, size and mapping of a tiny mesh") {
 }
 
 TEST_CASE("hapt bench point-proxy: a contact step on a tiny mesh allocates nothing") {
-  if (!programs_are_built()) return;
 #if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
   WARN("SKIPPED: rt_guard and a sanitizer interpose the same functions");
   return;
@@ -187,7 +180,6 @@ TEST_CASE("hapt bench point-proxy: a contact step on a tiny mesh allocates nothi
 }
 
 TEST_CASE("hapt bench voxel: every row on tiny maps") {
-  if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   const Ran ran = hapt(
       "bench voxel --side 24 --points 500 --coarse 4 --fine 8 --rounds 1 "

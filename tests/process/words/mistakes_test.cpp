@@ -9,6 +9,7 @@
 
 #include "tests/process/hapt_command.h"
 #include "tests/process/watcher.h"
+#include "tests/process/words/quiet_session.h"
 #include "tests/support/data.h"
 #include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"
@@ -153,6 +154,7 @@ const std::vector<Mistake> kOnCommandLines{
     {"hapticd --bogus x plane.toml", 2,
      "hapticd: there is no option '--bogus'; see hapticd --help"},
     {"hapticd", 2, "hapticd: CONFIG.toml is missing; see hapticd --help"},
+    {"hapticd plane.toml --session", 2, "hapticd: --session needs a value; see hapticd --help"},
     {"haptic-emulator --hand iron", 2,
      "haptic-emulator: --hand: is 'iron'; known here: none, light-grip, typical, firm, stiff-arm; "
      "see haptic-emulator --help"},
@@ -285,7 +287,6 @@ void check(const std::vector<Mistake>& mistakes, const std::string& folder) {
 }  // namespace
 
 TEST_CASE("mistakes: in a session file, a mesh, a recording and on a command line") {
-  if (!test::programs_are_built()) return;
   const test::TemporaryRuntimeFolder folder;
   prepare(folder.path());
   check(GENERATE(kInSessionFiles, kInMeshes, kInRecordings, kOnCommandLines, kWithoutSession,
@@ -294,10 +295,9 @@ TEST_CASE("mistakes: in a session file, a mesh, a recording and on a command lin
 }
 
 TEST_CASE("mistakes: about the session that is meant") {
-  if (!test::programs_are_built()) return;
   const test::TemporaryRuntimeFolder folder;
   prepare(folder.path());
-  const std::string config = folder.path() + "/plane.toml";
+  const std::string config = test::write_quiet_config(folder.path());
   test::HapticdProcess one({config, "--session", "one"}, folder.path());
   test::Watcher first("one");
   REQUIRE(first.wait_for_all());
@@ -308,7 +308,6 @@ TEST_CASE("mistakes: about the session that is meant") {
 }
 
 TEST_CASE("help: every program and command has an example, in lines of at most 80 columns") {
-  if (!test::programs_are_built()) return;
   const test::TemporaryRuntimeFolder folder;
   std::vector<std::string> pages{"hapticd", "haptic-emulator", "hapt"};
   for (const std::string& page : pages) {
@@ -344,7 +343,6 @@ TEST_CASE("help: every program and command has an example, in lines of at most 8
 }
 
 TEST_CASE("version: every program says its name, release and commit") {
-  if (!test::programs_are_built()) return;
   const test::TemporaryRuntimeFolder folder;
   for (const std::string program :
        {"hapt", "hapticd", "haptic-emulator", "haptic-servo", "haptic-contact", "haptic-sim"}) {
