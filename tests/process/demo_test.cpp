@@ -66,8 +66,7 @@ TEST_CASE("hapt demo --mesh: a part of one's own is touched, as large as its fil
   std::ofstream(folder.path() + "/small part.off")
       << "OFF\n8 6 0\n10 10 10\n16 10 10\n16 15 10\n10 15 10\n10 10 14\n16 10 14\n16 15 14\n"
          "10 15 14\n4 0 3 2 1\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n";
-  const Ran ran =
-      hapt("demo --mesh 'small part.off' --unit mm --for 2 -o run.mcap", folder.path());
+  const Ran ran = hapt("demo --mesh 'small part.off' --unit mm --for 2 -o run.mcap", folder.path());
   INFO(ran.output);
   CHECK(ran.code == 0);
   CHECK(last_line(ran.output).rfind("passed: 2 s with small part.off", 0) == 0);

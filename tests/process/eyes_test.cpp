@@ -254,9 +254,17 @@ FileDescriptor take_eye(const std::string& session) {
   return std::move(message.fd);
 }
 
-/// What another user finds: 0 if all meshes are there and nothing can be written.
+/// What another user finds: 0 if all rings and meshes are there, nothing can be written and nothing
+/// controlled.
 int look_as(uid_t user) {
   if (setgid(user) != 0 || setuid(user) != 0) return 3;
+  Watcher watching("drawn");
+  if (!watching.wait_for_all()) return 5;
+  const bool may_ask = say_to_session("drawn", "status text").starts_with("session    drawn") &&
+                       say_to_session("drawn", "status").starts_with("{\"session\": \"drawn\"");
+  const bool may_control =
+      !say_to_session("drawn", "pause").starts_with("error: only user 0 and root");
+  if (!may_ask || may_control) return 6;
   Client client("drawn");
   client.start();
   if (!eventually([&] { return client.eyes().changes == 2; })) return 2;
@@ -273,7 +281,7 @@ int look_as(uid_t user) {
 
 }  // namespace
 
-TEST_CASE("eyes: another user gets them, and cannot write") {
+TEST_CASE("session: who is neither the server's user nor root may watch but not control or write") {
   if (geteuid() != 0) {
     WARN("SKIPPED: needs root, to become somebody else");
     return;
@@ -298,6 +306,9 @@ TEST_CASE("eyes: another user gets them, and cannot write") {
   INFO(hapticd.log());
   CHECK(WIFEXITED(status));
   CHECK(WEXITSTATUS(status) == 0);
+  Watcher watcher("drawn");
+  REQUIRE(watcher.wait_for_all());
+  CHECK((watcher.servo_frame.flags & kServoPaused) == 0);
 }
 
 TEST_CASE("example 02: the drawing shows the tool and the force of its tick") {

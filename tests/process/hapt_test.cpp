@@ -179,16 +179,6 @@ TEST_CASE("hapt export, hapt replay: a recording of an older layout, and once wh
 
 namespace {
 
-/// A session of plane.toml for those that only look on.
-struct Running {
-  TemporaryRuntimeFolder runtime;
-  std::string folder = runtime.path();
-  HapticdProcess hapticd{{plane_config(), "--session", "live"}, folder};
-  Watcher watcher{"live"};
-
-  Running() { REQUIRE(watcher.wait_for_all()); }
-};
-
 void check_top(const std::string& folder) {
   const Ran screen = hapt("top --session live -b -n 2 -d 0.2", folder);
   INFO(screen.output);
@@ -263,25 +253,25 @@ void check_record(const std::string& folder) {
 }  // namespace
 
 TEST_CASE("hapt top, record and status, and example 01, look at a session they did not start") {
-  const Running session;
-  check_top(session.folder);
-  check_record(session.folder);
-  const Ran pose = shell("timeout 0.5 01_watch live", session.folder);
+  const RunningSession session(plane_config(), "live");
+  const std::string folder = session.folder.path();
+  check_top(folder);
+  check_record(folder);
+  const Ran pose = shell("timeout 0.5 01_watch live", folder);
   INFO(pose.output);
   CHECK(lines(pose.output) > 2);
-  const Ran none = shell("01_watch missing", session.folder);
+  const Ran none = shell("01_watch missing", folder);
   CHECK(none.code != 0);
   CHECK(has(none.output, "no session 'missing' is running (looked in "));
   // a demo of the same name leaves it, and its log, alone
-  const Ran taken =
-      hapt("demo --config plane.toml --session live --for 1 -o taken.mcap", session.folder);
+  const Ran taken = hapt("demo --config plane.toml --session live --for 1 -o taken.mcap", folder);
   INFO(taken.output);
   CHECK(taken.code == 1);
   CHECK(has(taken.output, "hapticd ended before the session was up"));
-  CHECK_FALSE(std::filesystem::exists(session.folder + "/taken.mcap"));
+  CHECK_FALSE(std::filesystem::exists(folder + "/taken.mcap"));
   CHECK(test::is_alive(static_cast<uint64_t>(session.hapticd.pid())));
   // at last: it pauses the session
-  check_status(session.folder);
+  check_status(folder);
 }
 
 TEST_CASE("hapt: --wait lets a command be typed before its session is up") {

@@ -16,9 +16,8 @@ namespace {
 
 using test::eventually;
 using test::hapt;
-using test::HapticdProcess;
 using test::Ran;
-using test::TemporaryRuntimeFolder;
+using test::RunningSession;
 using test::Watcher;
 
 std::string config(const std::string& name) {
@@ -33,10 +32,8 @@ bool is_led(Watcher& watcher) {
 }  // namespace
 
 TEST_CASE("hapt lead: the tool is led to a place in free space, and back") {
-  const TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd({config("plane.toml"), "--session", "led"}, folder.path());
-  Watcher watcher("led");
-  REQUIRE(watcher.wait_for_all());
+  RunningSession session(config("plane.toml"), "led");
+  auto& [folder, hapticd, watcher] = session;
   test::ProgramProcess leader("hapt", {"lead", "-0.02", "0.1", "80 mm", "--for", "1 min"},
                               folder.path());
   const Vec3 place_W{-0.02, 0.1, 0.08};
@@ -68,20 +65,16 @@ TEST_CASE("hapt lead: the tool is led to a place in free space, and back") {
 }
 
 TEST_CASE("hapt lead: a session of a recorded device refuses in one line") {
-  const TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd({config("lever.toml"), "--session", "recorded"}, folder.path());
-  Watcher watcher("recorded");
-  REQUIRE(watcher.wait_for_all());
+  RunningSession session(config("lever.toml"), "recorded");
+  auto& [folder, hapticd, watcher] = session;
   const Ran refused = hapt("lead 0 0 0", folder.path());
   CHECK(refused.code == 2);
   CHECK(refused.output == "hapt: lead: the device is a replay: nothing to lead\n");
 }
 
 TEST_CASE("hapt set solver: of a body, while it runs") {
-  const TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd({config("peg-in-hole.toml"), "--session", "peg"}, folder.path());
-  Watcher watcher("peg");
-  REQUIRE(watcher.wait_for_all());
+  RunningSession session(config("peg-in-hole.toml"), "peg");
+  auto& [folder, hapticd, watcher] = session;
   const auto solver = [&] { return hapt("status --json", folder.path()).output; };
   CHECK(test::has(solver(), "\"solver\": \"quasi-static\", \"led\": false"));
   for (const std::string_view name : kSoftSolverNames) {

@@ -24,20 +24,19 @@ namespace {
 using namespace test;
 
 /// A scene without files to read.
-std::string write_config(const std::string& folder) {
-  std::string path = folder + "/plane.toml";
-  std::ifstream in(test::from_source("configs/plane.toml"));
-  std::ofstream(path) << in.rdbuf();
-  return path;
+const std::string kPlane = test::from_source("configs/plane.toml");
+
+/// The same with more at its end.
+std::string write_scene(const std::string& folder, const std::string& end) {
+  std::ofstream(folder + "/plane.toml") << std::ifstream(kPlane).rdbuf() << end;
+  return folder + "/plane.toml";
 }
 
 }  // namespace
 
 TEST_CASE("session: all rings flow, what is killed comes back alone, and SIGTERM ends it cleanly") {
-  const TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd({write_config(folder.path()), "--session", "flow"}, folder.path());
-  Watcher watcher("flow");
-  REQUIRE(watcher.wait_for_all());
+  RunningSession session(kPlane, "flow");
+  auto& [folder, hapticd, watcher] = session;
   CHECK(watcher.control_frame.revision == 1);
   CHECK(watcher.scene.n_objects == 1);
   // the loop is closed: contact answers servo frames, the servo uses the answers and the scene
@@ -83,10 +82,8 @@ TEST_CASE("session: all rings flow, what is killed comes back alone, and SIGTERM
 }
 
 TEST_CASE("session: what hangs is killed and replaced, and ends where hapticd is killed") {
-  const TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd({write_config(folder.path()), "--session", "hung"}, folder.path());
-  Watcher watcher("hung");
-  REQUIRE(watcher.wait_for_all());
+  RunningSession session(kPlane, "hung");
+  auto& [folder, hapticd, watcher] = session;
   const auto replaced = [&](auto& source, auto& item) {
     const uint64_t before = source.generation();
     kill(test::writer_of(source), SIGSTOP);
@@ -107,7 +104,7 @@ TEST_CASE("session: what hangs is killed and replaced, and ends where hapticd is
     CHECK(eventually([&] { return !test::is_alive(uint64_t(child)); }));
   }
   // nothing blocks the next one
-  HapticdProcess next({write_config(folder.path()), "--session", "hung"}, folder.path());
+  HapticdProcess next({kPlane, "--session", "hung"}, folder.path());
   Watcher again("hung");
   CHECK(again.wait_for_all());
 }
@@ -123,16 +120,10 @@ pid_t ready_spare(const std::string& session) {
 }
 
 /// A session whose spare is ready.
-struct SparedSession {
-  TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd{{write_config(folder.path()), "--session", "spare"}, folder.path()};
-  Watcher watcher{"spare"};
+struct SparedSession : RunningSession {
   pid_t spare = 0;
 
-  SparedSession() {
-    REQUIRE(watcher.wait_for_all());
-    REQUIRE(gets_spare_other_than(0));
-  }
+  SparedSession() : RunningSession(kPlane, "spare") { REQUIRE(gets_spare_other_than(0)); }
   bool gets_spare_other_than(pid_t known) {
     return eventually([&] {
       spare = ready_spare("spare");
@@ -200,8 +191,7 @@ TEST_CASE("session: a spare that dies is replaced, one that hangs or dies too is
 TEST_CASE(
     "session: where no spare is wanted none is started, and a dead contact still comes back") {
   const TemporaryRuntimeFolder folder;
-  const std::string config = write_config(folder.path());
-  std::ofstream(config, std::ios::app) << "[contact]\nspare = false\n";
+  const std::string config = write_scene(folder.path(), "[contact]\nspare = false\n");
   const HapticdProcess hapticd({config, "--session", "alone"}, folder.path());
   Watcher watcher("alone");
   REQUIRE(watcher.wait_for_all());
@@ -215,10 +205,8 @@ TEST_CASE(
 }
 
 TEST_CASE("session: what people ask for reaches the servo before they are answered") {
-  const TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd({write_config(folder.path()), "--session", "asked"}, folder.path());
-  Watcher watcher("asked");
-  REQUIRE(watcher.wait_for_all());
+  RunningSession session(kPlane, "asked");
+  auto& [folder, hapticd, watcher] = session;
   REQUIRE(eventually([&] { return watcher.servo.latest(watcher.servo_frame); }));
   const auto newest = [&] {
     REQUIRE(eventually([&] { return watcher.servo.latest(watcher.servo_frame); }));
@@ -257,7 +245,7 @@ TEST_CASE("session: a removed runtime folder is put back, and the session can be
   const TemporaryRuntimeFolder outer;
   const std::string folder = outer.path() + "/run";
   setenv("HAPTICD_RUNTIME_DIR", folder.c_str(), 1);
-  HapticdProcess hapticd({write_config(outer.path()), "--session", "lost"}, outer.path());
+  HapticdProcess hapticd({kPlane, "--session", "lost"}, outer.path());
   {
     Watcher watcher("lost");
     REQUIRE(watcher.wait_for_all());
@@ -266,7 +254,7 @@ TEST_CASE("session: a removed runtime folder is put back, and the session can be
   std::filesystem::rename(folder, outer.path() + "/removed");
   REQUIRE(eventually([&] { return hapticd.said("put back"); }));
   // a second hapticd finds it there
-  HapticdProcess second({write_config(outer.path()), "--session", "lost"}, outer.path());
+  HapticdProcess second({kPlane, "--session", "lost"}, outer.path());
   CHECK(second.exit_code() == 1);
   CHECK(second.said("'lost' runs already"));
   Watcher again("lost");
@@ -279,14 +267,14 @@ TEST_CASE("session: where another hapticd has taken the name meanwhile, the firs
   const TemporaryRuntimeFolder outer;
   const std::string folder = outer.path() + "/run";
   setenv("HAPTICD_RUNTIME_DIR", folder.c_str(), 1);
-  HapticdProcess first({write_config(outer.path()), "--session", "taken"}, outer.path());
+  HapticdProcess first({kPlane, "--session", "taken"}, outer.path());
   {
     Watcher watcher("taken");
     REQUIRE(watcher.wait_for_all());
   }
   first.send(SIGSTOP);
   std::filesystem::rename(folder, outer.path() + "/removed");
-  HapticdProcess second({write_config(outer.path()), "--session", "taken"}, outer.path());
+  HapticdProcess second({kPlane, "--session", "taken"}, outer.path());
   Watcher watcher("taken");
   REQUIRE(watcher.wait_for_all());
   first.send(SIGCONT);
@@ -303,12 +291,11 @@ TEST_CASE("session: with a log that nobody reads it restarts, pauses and stops")
   std::array<int, 2> ends{};
   REQUIRE(pipe2(ends.data(), O_CLOEXEC) == 0);
   fcntl(ends[1], F_SETPIPE_SZ, 4096);
-  const std::string config = write_config(folder.path());
   const pid_t hapticd = fork();
   if (hapticd == 0) {
     dup2(ends[1], STDERR_FILENO);
     const std::string program = test::program_folder() / "hapticd";
-    execl(program.c_str(), program.c_str(), config.c_str(), "--session", "mute", nullptr);
+    execl(program.c_str(), program.c_str(), kPlane.c_str(), "--session", "mute", nullptr);
     _exit(127);
   }
   Watcher watcher("mute");
@@ -332,46 +319,12 @@ TEST_CASE("session: with a log that nobody reads it restarts, pauses and stops")
   for (const int end : ends) close(end);
 }
 
-TEST_CASE("session: who is neither the server's user nor root may watch but not control") {
-  if (geteuid() != 0) {
-    WARN("SKIPPED: needs root, to become somebody else");
-    return;
-  }
-  const TemporaryRuntimeFolder folder;
-  std::filesystem::permissions(folder.path(), std::filesystem::perms(0755));
-  HapticdProcess hapticd({write_config(folder.path()), "--session", "mine"}, folder.path());
-  // before this process has threads
-  const pid_t other = fork();
-  if (other == 0) {
-    constexpr uid_t kNobody = 65534;
-    if (setgid(kNobody) != 0 || setuid(kNobody) != 0) _exit(3);
-    try {
-      Watcher watching("mine");
-      if (!watching.wait_for_all()) _exit(2);
-      const bool may_ask = say_to_session("mine", "status text").starts_with("session    mine") &&
-                           say_to_session("mine", "status").starts_with("{\"session\": \"mine\"");
-      const bool may_control =
-          !say_to_session("mine", "pause").starts_with("error: only user 0 and root");
-      _exit(may_ask && !may_control ? 0 : 1);
-    } catch (const std::exception&) {
-      _exit(4);
-    }
-  }
-  int status = 0;
-  waitpid(other, &status, 0);
-  CHECK(WIFEXITED(status));
-  CHECK(WEXITSTATUS(status) == 0);
-  Watcher watcher("mine");
-  REQUIRE(watcher.wait_for_all());
-  CHECK((watcher.servo_frame.flags & kServoPaused) == 0);
-}
-
 TEST_CASE("session: bad input of one process ends the session, it is not tried again") {
   const TemporaryRuntimeFolder folder;
   const Programs programs(folder.path());
   programs.replace("haptic-servo", "exec sleep 1000");
   programs.replace("haptic-contact", "echo 'mesh.obj:3: not a number' >&2; exit 2");
-  HapticdProcess hapticd({write_config(folder.path()), "--session", "bad"}, folder.path());
+  HapticdProcess hapticd({kPlane, "--session", "bad"}, folder.path());
   CHECK(hapticd.exit_code() == 2);
   CHECK(hapticd.said("mesh.obj:3: not a number"));
   CHECK(hapticd.said("haptic-contact cannot run with this input"));
@@ -380,11 +333,11 @@ TEST_CASE("session: bad input of one process ends the session, it is not tried a
 
 TEST_CASE("session: haptic-contact killed while it reads a mesh leaves the mesh's name") {
   const TemporaryRuntimeFolder folder;
-  std::string config = write_config(folder.path());
   // a mesh that takes seconds to bake
-  std::ofstream(config, std::ios::app) << "\n[[object]]\nname = \"large\"\n"
-                                          "primitive = \"sphere\"\nsize = \"100 mm\"\n"
-                                          "subdivisions = 8\n";
+  const std::string config =
+      write_scene(folder.path(),
+                  "\n[[object]]\nname = \"large\"\nprimitive = \"sphere\"\nsize = \"100 mm\"\n"
+                  "subdivisions = 8\n");
   HapticdProcess hapticd({config, "--session", "large"}, folder.path());
   REQUIRE(eventually([&] { return hapticd.said("contact0: preparing primitive:sphere"); }));
   // as the kernel does when memory is exhausted
@@ -408,15 +361,14 @@ TEST_CASE("session: what keeps dying is started again ever more slowly, what is 
     const Programs programs(other.path());
     programs.replace("haptic-servo", "exec sleep 1000");
     programs.replace("haptic-contact", "trap '' TERM; echo ready >&2; while :; do sleep 1; done");
-    deaf.emplace(std::vector<std::string>{write_config(other.path()), "--session", "deaf"},
-                 other.path());
+    deaf.emplace(std::vector<std::string>{kPlane, "--session", "deaf"}, other.path());
     REQUIRE(eventually([&] { return deaf->said("ready"); }));
     deaf->send(SIGTERM);
   }
   const Programs programs(folder.path());
   programs.replace("haptic-servo", "exec sleep 1000");
   programs.replace("haptic-contact", "exit 1");
-  HapticdProcess hapticd({write_config(folder.path()), "--session", "loop"}, folder.path());
+  HapticdProcess hapticd({kPlane, "--session", "loop"}, folder.path());
   std::vector<std::string> delays;
   CHECK(eventually([&] {
     delays.clear();
@@ -448,8 +400,7 @@ TEST_CASE("session: with --log-json hapticd writes one object a line") {
   programs.replace("haptic-contact",
                    "echo 'haptic-contact: a \"quoted\" mesh' >&2; exec sleep 1000");
   programs.replace("haptic-servo", "exec sleep 1000");
-  HapticdProcess hapticd({write_config(folder.path()), "--session", "json", "--log-json"},
-                         folder.path());
+  HapticdProcess hapticd({kPlane, "--session", "json", "--log-json"}, folder.path());
   REQUIRE(
       eventually([&] { return hapticd.said("\"source\":\"sim\",\"message\":\"started: pid "); }));
   CHECK(eventually([&] {

@@ -8,6 +8,7 @@
 #include "proto/ipc/handout.h"
 #include "proto/os/programs.h"
 #include "tests/process/hapticd_process.h"
+#include "tests/support/temporary_folder.h"
 
 namespace haptic::test {
 
@@ -54,6 +55,18 @@ template <typename Source>
 pid_t writer_of(const Source& source) {
   return static_cast<pid_t>(source.header()->pid.load());
 }
+
+/// A session that runs, and a watcher of it.
+struct RunningSession {
+  TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd;
+  Watcher watcher;
+
+  RunningSession(const std::string& config, const std::string& name)
+      : hapticd({config, "--session", name}, folder.path()), watcher(name) {
+    REQUIRE(watcher.wait_for_all());
+  }
+};
 
 /// The listener of these executables looks for the programs before the first test.
 inline bool programs_are_built() {
