@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
-#include <iomanip>
 #include <vector>
 
 #include "proto/config/config.h"
@@ -24,46 +23,12 @@ using test::HapticdProcess;
 using test::TemporaryRuntimeFolder;
 using test::Watcher;
 
-constexpr double kPressForce = 1.6;  // [N]; 2 mm at 800 N/m
-
-/// A session whose recorded hand presses 2 mm into a block for `seconds`.
-std::string write_press_session(const std::string& folder, double seconds) {
-  std::ofstream csv(folder + "/press.csv");
-  csv << "t_s,x_m,y_m,z_m\n" << std::setprecision(9);
-  for (int i = 0; i <= static_cast<int>(seconds * 100); ++i) {
-    const double t = 0.01 * i;
-    csv << t << ",0,0," << std::max(0.041 - 0.01 * t, 0.038) << '\n';
-  }
-  const std::string path = folder + "/press.toml";
-  std::ofstream(path) << R"([session]
-name = "press"
-realtime = true
-[device]
-kind = "replay"
-[device.replay]
-path = "press.csv"
-[coupling]
-stiffness = "800 N/m"
-[safety]
-soft_start = "0.1 s"
-[[object]]
-name = "block"
-primitive = "box"
-extent = ["80 mm", "80 mm", "80 mm"]
-)";
-  return path;
-}
-
 using Frames = std::vector<ServoFrame>;
 
 /// Appends every frame published since the last call, in order. Reading only the newest frame
 /// (`latest`) would skip others: it must not be used once frames are being collected.
 void collect(Watcher& watcher, Frames& frames) {
   for (ServoFrame frame; watcher.servo.next(frame);) frames.push_back(frame);
-}
-
-double force(const ServoFrame& frame) {
-  return norm(frame.F_device_B.f);
 }
 
 /// Collects until the newest frame satisfies the condition.
@@ -73,11 +38,6 @@ bool collect_until(Watcher& watcher, Frames& frames, Wanted wanted) {
     collect(watcher, frames);
     return !frames.empty() && wanted(frames.back());
   });
-}
-
-/// The steady press, a while after the hand has come to rest.
-bool is_pressing(const ServoFrame& frame) {
-  return frame.tick > 1200 && std::fabs(force(frame) - kPressForce) < 1e-6;
 }
 
 /// Whether the recording is over.
@@ -95,69 +55,19 @@ void check_every_tick(const Watcher& watcher, const Frames& frames) {
   }
 }
 
-/// A running session whose hand presses steadily, and its frames from then on.
-struct Press {
-  TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd;
-  Watcher watcher;
-  Frames frames;
-
-  Press() : hapticd({write_press_session(folder.path(), 120)}, folder.path()), watcher("press") {
-    REQUIRE(watcher.wait_for_all());
-    REQUIRE(collect_until(watcher, frames, is_pressing));
-    frames.erase(frames.begin(), frames.end() - 1);
-  }
-};
-
-/// The beginning of a file: the whole of it where HAPTIC_TORTURE_SCALE is large.
+/// The beginning of a file: more of it with a larger HAPTIC_TORTURE_SCALE.
 void copy_lines(const std::string& from, const std::string& to, int most) {
   std::ifstream in(from);
   std::ofstream out(to);
   for (std::string line; most > 0 && std::getline(in, line); --most) out << line << '\n';
 }
 
-}  // namespace
-
-TEST_CASE("chain: a hand feels k times depth in the real processes, and zero at the end") {
-  Press press;
-  auto& [folder, hapticd, watcher, frames] = press;
-  const ServoFrame pressing = frames.back();
-  CHECK(pressing.F_device_B.f.z == Approx(kPressForce).epsilon(1e-9));
-  CHECK(pressing.F_device_B.f.x == 0);
-  CHECK((pressing.device.flags & kDeviceOpenLoop) != 0);
-  CHECK(pressing.X_WG.p.z > 0.04);
-  hapticd.send(SIGTERM);
-  CHECK(hapticd.exit_code() == 0);
-  collect(watcher, frames);
-  REQUIRE(frames.size() > 1);
-  CHECK((frames.back().flags & kServoStopped) != 0);
-  CHECK(frames.back().F_device_B == Wrench{});
-  CHECK(force(frames[frames.size() - 2]) > 0);
-  check_every_tick(watcher, frames);
-  CHECK(watcher.servo.header()->state == static_cast<uint32_t>(SegmentState::kDead));
-}
-
-TEST_CASE("chain: the 2 kHz recording of a human hand loses no sample in real time") {
-  const auto whole = test::find_data("tue-1dof-bilateral/m2_question1c_rigid.csv");
-  if (!whole) return;
-  const TemporaryRuntimeFolder folder;
-  const std::string recording = folder.path() + "/hand.csv";
-  copy_lines(*whole, recording, static_cast<int>(1500 * std::max(test::torture_scale(), 1.0)));
-  const std::string config = test::from_source("configs/lever.toml");
-  HapticdProcess hapticd({config, "--session", "lever", "--replay", recording}, folder.path());
-  Watcher watcher("lever");
-  Frames frames;
-  REQUIRE(collect_until(watcher, frames, has_ended));
-  check_every_tick(watcher, frames);
-
-  SessionConfig lever = load_config(config);
-  use_trace(lever, recording);
-  const auto samples = load_hand_trace(lever.device.replay).samples;
+/// Checks that each frame is exactly the sample of its grid point, up to the end of the recording.
+void check_every_sample(const Frames& frames, const std::vector<DeviceState>& samples) {
   size_t used = 0;
   for (const ServoFrame& f : frames) {
     if (has_ended(f)) break;
     ++used;
-    // each frame is exactly the sample of its grid point
     const uint64_t sample = f.tick - frames.front().tick;
     REQUIRE(sample < samples.size());
     REQUIRE(f.device.X_BH.p == samples[sample].X_BH.p);
@@ -167,6 +77,43 @@ TEST_CASE("chain: the 2 kHz recording of a human hand loses no sample in real ti
   const uint64_t beyond = covered > samples.size() ? covered - samples.size() : 0;
   const uint64_t skipped = ended.skipped - frames.front().skipped - beyond;
   CHECK(used + skipped == samples.size());
+}
+
+}  // namespace
+
+TEST_CASE("chain: a 2 kHz recording loses no sample, feels k times depth, and zero at the end") {
+  const TemporaryRuntimeFolder folder;
+  const std::string config = test::from_source("configs/lever.toml");
+  // half a second, at whose end the hand presses 2.5 mm into the wall at x = -2 mm
+  const std::string recording = folder.path() + "/hand.csv";
+  const int lines =
+      2 + static_cast<int>(2000 * (std::clamp(test::torture_scale(), 1.0, 4.0) - 0.5));
+  copy_lines(test::from_source("configs/lever.csv"), recording, lines);
+  HapticdProcess hapticd({config, "--session", "lever", "--replay", recording}, folder.path());
+  Watcher watcher("lever");
+  Frames frames;
+  REQUIRE(collect_until(watcher, frames, [](const ServoFrame& f) {
+    return has_ended(f) && (f.flags & kServoSoftStart) == 0;
+  }));
+  check_every_tick(watcher, frames);
+  SessionConfig lever = load_config(config);
+  use_trace(lever, recording);
+  check_every_sample(frames, load_hand_trace(lever.device.replay).samples);
+
+  const ServoFrame pressing = frames.back();
+  CHECK(pressing.F_device_B.f.x == Approx(800 * (-2e-3 - pressing.X_WT.p.x)).epsilon(1e-9));
+  CHECK(pressing.F_device_B.f.x > 1);
+  CHECK(pressing.F_device_B.f.z == 0);
+  CHECK((pressing.device.flags & kDeviceOpenLoop) != 0);
+  CHECK(pressing.X_WG.p.x > -2e-3);
+  hapticd.send(SIGTERM);
+  CHECK(hapticd.exit_code() == 0);
+  collect(watcher, frames);
+  CHECK((frames.back().flags & kServoStopped) != 0);
+  CHECK(frames.back().F_device_B == Wrench{});
+  CHECK(norm(frames[frames.size() - 2].F_device_B.f) > 0);
+  check_every_tick(watcher, frames);
+  CHECK(watcher.servo.header()->state == static_cast<uint32_t>(SegmentState::kDead));
 }
 
 }  // namespace haptic
