@@ -67,8 +67,6 @@ struct Half {
   }
   Wrench share(double x) const { return share(Vec3{x, 0, 0}); }
   Vec3 shares(const SafetyOutput& out) const { return 1 / limit * (out.F_B.*of); }
-  /// A growth of two fifths of the limit in each tick.
-  void grow_slowly(Handle& handle) const { handle.limits.*slew = 0.4 * limit / kDt; }
   void move(Handle& handle, const Vec3& by_B) const {
     turns ? handle.turn(by_B) : void(handle.input.device.X_BH.p += by_B);
   }
@@ -328,32 +326,51 @@ TEST_CASE("safety: too fast is zero until the hand is calm in both, then a soft 
   CHECK(soft.t.z == Approx(0.1 * 0.01));
 }
 
-TEST_CASE("safety: after a release from outside the force rises from zero", "[servo]") {
+TEST_CASE("safety: what comes grows by the time that has passed, what is held goes at once",
+          "[servo]") {
   const Half half = each_half();
   INFO(half.name);
   Handle handle;
-  half.grow_slowly(handle);
-  for (int k = 0; k < 2; ++k) handle.ask(half.share(0.8));
-  CHECK(handle.state.held_B == half.share(0.8));
-  handle.input.released = true;
-  const SafetyOutput first = handle.tick();
-  CHECK(half.shares(first).x == Approx(0.4));
-  CHECK((first.flags & kServoSlewing) != 0);
-  handle.input.released = false;
-  CHECK(half.shares(handle.tick()).x == Approx(0.8));
-}
-
-TEST_CASE("safety: the growth counts the time that has passed, not the ticks", "[servo]") {
-  const Half half = each_half();
-  INFO(half.name);
-  Handle handle;
-  half.grow_slowly(handle);
-  handle.ask({});
-  handle.input.F_B = half.share(0.98);
-  // a tick that is 10.6 ms late counts as one, the next, 0.4 ms later, as 0.4
-  CHECK(half.shares(handle.tick(11.6e-3)).x == Approx(0.4));
-  CHECK(half.shares(handle.tick(0.4e-3)).x == Approx(1.4 * 0.4));
-  CHECK(half.shares(handle.tick()).x == Approx(2.4 * 0.4));
+  handle.limits.*half.slew = 0.4 * half.limit / kDt;
+  const auto ask = [&](const Vec3& shares) { return half.shares(handle.ask(half.share(shares))); };
+  SECTION("it shrinks at once, and into a corner the force of the existing wall is unchanged") {
+    CHECK_THAT(ask({0.8, 0, 0}), IsNear({0.4, 0, 0}, 1e-12));
+    CHECK_THAT(ask({0.8, 0, 0}), IsNear({0.8, 0, 0}, 1e-12));
+    CHECK(ask({0.1, 0, 0}).x == Approx(0.1));
+    ask({0.4, 0, 0});
+    CHECK_THAT(ask({0.4, 0.6, 0}), IsNear({0.4, 0.4, 0}, 1e-12));
+    // a wall on the other side
+    ask({0.4, 0, 0});
+    const SafetyOutput other = handle.ask(half.share(-0.98));
+    CHECK_THAT(half.shares(other), IsNear({-0.4, 0, 0}, 1e-12));
+    CHECK((other.flags & kServoSlewing) != 0);
+  }
+  SECTION("a tick that is 10.6 ms late counts as one, the next, 0.4 ms later, as 0.4") {
+    handle.ask({});
+    handle.input.F_B = half.share(0.98);
+    CHECK(half.shares(handle.tick(11.6e-3)).x == Approx(0.4));
+    CHECK(half.shares(handle.tick(0.4e-3)).x == Approx(1.4 * 0.4));
+    CHECK(half.shares(handle.tick()).x == Approx(2.4 * 0.4));
+  }
+  SECTION("after a release from outside it rises from zero") {
+    for (int k = 0; k < 2; ++k) ask({0.8, 0, 0});
+    CHECK(handle.state.held_B == half.share(0.8));
+    handle.input.released = true;
+    const SafetyOutput first = handle.tick();
+    CHECK(half.shares(first).x == Approx(0.4));
+    CHECK((first.flags & kServoSlewing) != 0);
+    handle.input.released = false;
+    CHECK(half.shares(handle.tick()).x == Approx(0.8));
+  }
+  SECTION("what is let go falls no faster than it may grow") {
+    handle.limits.*half.slew = 0.005 * half.limit / kDt;
+    handle.state.held_B = half.share(0.5);
+    handle.input.letting_go = true;
+    ask({0.5, 0, 0});
+    CHECK(half.shares(handle.tick()).x == Approx(0.49));
+    for (int k = 0; k < 98; ++k) handle.tick();
+    CHECK(half.shares(handle.tick()).x == Approx(0).margin(1e-9));
+  }
 }
 
 TEST_CASE("safety: whatever is asked for, no tick grows by more than slew and hand allow",
@@ -430,25 +447,6 @@ TEST_CASE("safety: a slap or a twist against a stiff wall is not slowed", "[serv
   }
 }
 
-TEST_CASE("safety: what is held goes at once, what comes is slow", "[servo]") {
-  const Half half = each_half();
-  INFO(half.name);
-  Handle handle;
-  half.grow_slowly(handle);
-  const auto ask = [&](const Vec3& shares) { return half.shares(handle.ask(half.share(shares))); };
-  CHECK_THAT(ask({0.8, 0, 0}), IsNear({0.4, 0, 0}, 1e-12));
-  CHECK_THAT(ask({0.8, 0, 0}), IsNear({0.8, 0, 0}, 1e-12));
-  CHECK(ask({0.1, 0, 0}).x == Approx(0.1));
-  // into a corner: the force of the existing wall is unchanged
-  ask({0.4, 0, 0});
-  CHECK_THAT(ask({0.4, 0.6, 0}), IsNear({0.4, 0.4, 0}, 1e-12));
-  // a wall on the other side
-  ask({0.4, 0, 0});
-  const SafetyOutput other = handle.ask(half.share(-0.98));
-  CHECK_THAT(half.shares(other), IsNear({-0.4, 0, 0}, 1e-12));
-  CHECK((other.flags & kServoSlewing) != 0);
-}
-
 TEST_CASE("safety: a torque grows no faster than the force, and shrinks with it", "[servo]") {
   // without a slew of its own, as long to its limit as the force to its own: a fifth in each tick
   Handle handle;
@@ -462,19 +460,6 @@ TEST_CASE("safety: a torque grows no faster than the force, and shrinks with it"
   const SafetyOutput both = handle.ask({{4, 0, 0}, {0, 0, 0.04}});
   CHECK_THAT(both.F_B.f, IsNear({1, 0, 0}, 1e-15));
   CHECK_THAT(both.F_B.t, IsNear({0, 0, 0.01}, 1e-15));
-}
-
-TEST_CASE("safety: what is let go falls no faster than it may grow", "[servo]") {
-  const Half half = each_half();
-  INFO(half.name);
-  Handle handle;
-  handle.limits.*half.slew = 0.005 * half.limit / kDt;
-  handle.state.held_B = half.share(0.5);
-  handle.input.letting_go = true;
-  handle.ask(half.share(0.5));
-  CHECK(half.shares(handle.tick()).x == Approx(0.49));
-  for (int k = 0; k < 98; ++k) handle.tick();
-  CHECK(half.shares(handle.tick()).x == Approx(0).margin(1e-9));
 }
 
 TEST_CASE("safety: what gives energy away is damped, but not where contacts fade", "[servo]") {
