@@ -116,12 +116,26 @@ TEST_CASE("passivity: the damper stays within its bound and against the motion",
   CHECK_THAT(damped, IsNear({5 - 0.1 * 0.01 / kDt, 0, 0}, 1e-12));
 }
 
+TEST_CASE("passivity: less than the slack is the noise of a passive wall", "[servo]") {
+  Port port = each_port(2);
+  const double share = GENERATE(0.9, 1.1);  // of it, after the coming tick
+  CAPTURE(port.turning, share);
+  port.hold(0, 1);
+  CHECK(port.hold(share * kPassivitySlack / 2, 1).damped == (share > 1));
+}
+
 TEST_CASE("passivity: a wall that is left pulls no more than it pushed", "[servo]") {
   Port port = each_port(5);
   CAPTURE(port.turning);
   port.hold(0, 3);
   // at 10 m/s the damper alone would give 50 N
   CHECK(port.of(port.hold(0.01, 0)) == Approx(-2.9).margin(0.11));
+  // nor with the debt of earlier walls
+  Port owing = Port::of_axis(port.turning, 5);
+  owing.state.energy = -40e-3;
+  if (port.turning) owing.state.turning = -40e-3;
+  owing.hold(0, 3);
+  CHECK(owing.of(owing.hold(0.01, 0)) == Approx(-3));
   port.set_damping(0);
   CHECK(port.of(port.hold(0.02, 0)) == 0);
 }
