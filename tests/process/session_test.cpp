@@ -8,6 +8,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <optional>
+#include <utility>
 
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/handout.h"
@@ -25,6 +26,13 @@ using namespace test;
 
 /// A scene without files to read.
 const std::string kPlane = test::from_source("configs/plane.toml");
+
+/// The pid of a process of the session by what hapticd says; 0: none.
+pid_t pid_of(const std::string& session, const std::string& name) {
+  const std::string status = say_to_session(session, "status"), key = "\"" + name + "\", \"pid\": ";
+  const size_t at = status.find(key);
+  return at == status.npos ? 0 : std::max(std::stoi(status.substr(at + key.size())), 0);
+}
 
 /// The same with more at its end.
 std::string write_scene(const std::string& folder, const std::string& end) {
@@ -79,6 +87,37 @@ TEST_CASE("session: all rings flow, what is killed comes back alone, and SIGTERM
   for (const char* name : {"sim", "contact0", "servo0"}) {
     CHECK(hapticd.said(std::string(name) + ": stopped after"));
   }
+}
+
+TEST_CASE(
+    "session: a sim that is killed, and killed while it starts, goes on from the last frame") {
+  RunningSession session(kPlane, "again");
+  auto& [folder, hapticd, watcher] = session;
+  // in every frame that was ever published
+  uint64_t n_frames = 0;
+  const auto drain = [&] {
+    for (SceneFrame next; watcher.sim.next(next); watcher.scene = next, ++n_frames) {
+      REQUIRE(next.seq == watcher.scene.seq + 1);
+      REQUIRE(next.t_ns > watcher.scene.t_ns);
+    }
+  };
+  REQUIRE(eventually([&] { return drain(), n_frames > 10; }));
+  pid_t last = 0;
+  for (int k = 0; k < 4; ++k) {
+    // those that take over are 0, 20 and 40 ms old
+    REQUIRE(eventually([&] {
+      drain();
+      const pid_t now = pid_of("again", "sim");
+      return now > 0 && std::exchange(last, now) != now;
+    }));
+    sleep_until(now_ns() + std::max(k - 1, 0) * 20'000'000);
+    kill(last, SIGKILL);
+  }
+  const uint64_t before = n_frames;
+  REQUIRE(eventually([&] { return drain(), n_frames > before + 10; }));
+  INFO(hapticd.log());
+  CHECK(watcher.sim.lost() == 0);
+  CHECK(watcher.sim.generation() > 1);
 }
 
 TEST_CASE("session: what hangs is killed and replaced, and ends where hapticd is killed") {
@@ -341,11 +380,9 @@ TEST_CASE("session: haptic-contact killed while it reads a mesh leaves the mesh'
   HapticdProcess hapticd({config, "--session", "large"}, folder.path());
   REQUIRE(eventually([&] { return hapticd.said("contact0: preparing primitive:sphere"); }));
   // as the kernel does when memory is exhausted
-  const std::string status = say_to_session("large", "status");
-  const std::string key = "\"contact0\", \"pid\": ";
-  const size_t at = status.find(key);
-  REQUIRE(at != std::string::npos);
-  kill(std::stoi(status.substr(at + key.size())), SIGKILL);
+  const pid_t contact = pid_of("large", "contact0");
+  REQUIRE(contact > 0);
+  kill(contact, SIGKILL);
   CHECK(hapticd.exit_code() == kExitCrash);
   INFO(hapticd.log());
   CHECK(hapticd.said("was killed: Killed while it prepared primitive:sphere; the session ends"));

@@ -73,26 +73,6 @@ TEST_CASE("hapt bake --explain: the costs, the valid interval, the choice of a c
   CHECK(hapt("bake missing.off --explain", folder.path()).code != 0);
 }
 
-TEST_CASE("hapt without its lab says what is missing and goes on with everything else") {
-  const TemporaryRuntimeFolder folder;
-  const std::filesystem::path alone = std::filesystem::path(folder.path()) / "bin" / "hapt";
-  std::filesystem::create_directory(alone.parent_path());
-  std::filesystem::copy_file(test::program_folder() / "hapt", alone);
-  for (const char* words :
-       {"bench ring", "bench --help", "--help eval", "selftest", "torture", "zwidth"}) {
-    const Ran ran = test::shell("./bin/hapt " + std::string(words), folder.path());
-    INFO(ran.output);
-    CHECK(ran.code == 1);
-    CHECK(lines(ran.output) == 1);
-    CHECK(has(ran.output, "hapt: "));
-    CHECK(has(ran.output, "/bin/hapt-lab: cannot be started"));
-  }
-  const Ran help = test::shell("./bin/hapt --help", folder.path());
-  CHECK(help.code == 0);
-  CHECK(has(help.output, "  torture  "));
-  CHECK(test::shell("./bin/hapt bake --help", folder.path()).code == 0);
-}
-
 TEST_CASE("hapt zwidth, passivity, bode: rows as JSON, and a drawing") {
   const TemporaryRuntimeFolder folder;
   for (const char* words : {"zwidth --damping 0 --hand none --friction 0 --encoder 0",

@@ -115,15 +115,6 @@ TEST_CASE("messages: no word on a command line or in the environment reaches the
   }
 }
 
-TEST_CASE("messages: a name that a person can read is shown as it is") {
-  const test::TemporaryRuntimeFolder folder;
-  for (const std::string line : {"hapt bake", "hapticd", "hapt export", "hapt demo --config"}) {
-    const Ran ran = shell(line + " 'Schädel 頭蓋骨.stl'", folder.path());
-    CAPTURE(line, ran.output);
-    CHECK(has(ran.output, "Schädel 頭蓋骨.stl"));
-  }
-}
-
 TEST_CASE("messages: what stands in a file reaches the terminal escaped and cut") {
   const test::TemporaryRuntimeFolder folder;
   const std::string head =

@@ -163,6 +163,14 @@ const std::vector<Mistake> kOnCommandLines{
     {"alone HAPTICD_SOURCE=$SOURCE eval", 1,
      "hapt: */alone/hapt-lab: cannot be started (No such file or directory); `./run build` builds "
      "it"},
+    {"alone A=1 bench ring", 1, "hapt: */alone/hapt-lab: cannot be started*"},
+    {"alone A=1 bench --help", 1, "hapt: */alone/hapt-lab: cannot be started*"},
+    {"alone A=1 --help eval", 1, "hapt: */alone/hapt-lab: cannot be started*"},
+    {"alone A=1 selftest", 1, "hapt: */alone/hapt-lab: cannot be started*"},
+    {"alone A=1 torture", 1, "hapt: */alone/hapt-lab: cannot be started*"},
+    {"alone A=1 zwidth", 1, "hapt: */alone/hapt-lab: cannot be started*"},
+    {"alone A=1 --help", 0, "  torture  *", true},
+    {"alone A=1 bake --help", 0, "Usage: hapt bake*", true},
     {"alone HAPTICD_SOURCE=$SOURCE view", 1,
      "hapt: */alone/haptic-view: cannot be started (No such file or directory); `./run demo "
      "--view` builds it, as does `./run build`"},
@@ -180,6 +188,14 @@ const std::vector<Mistake> kOnCommandLines{
     {"HAPTICD_RUNTIME_DIR=/proc/none hapticd plane.toml", 1,
      "hapticd: cannot create the runtime folder /proc/none (set HAPTICD_RUNTIME_DIR to a folder "
      "you may write): *"},
+};
+
+/// What a person can read is shown as it is.
+const std::vector<Mistake> kWithNames{
+    {"hapt bake 'Schädel 頭蓋骨.stl'", 2, "hapt: Schädel 頭蓋骨.stl*"},
+    {"hapticd 'Schädel 頭蓋骨.stl'", 2, "hapticd: Schädel 頭蓋骨.stl*"},
+    {"hapt export 'Schädel 頭蓋骨.stl'", 2, "hapt: Schädel 頭蓋骨.stl*"},
+    {"hapt demo --config 'Schädel 頭蓋骨.stl'", 2, "hapt: Schädel 頭蓋骨.stl*"},
 };
 
 const std::vector<Mistake> kWithoutSession{
@@ -289,8 +305,8 @@ void check(const std::vector<Mistake>& mistakes, const std::string& folder) {
 TEST_CASE("mistakes: in a session file, a mesh, a recording and on a command line") {
   const test::TemporaryRuntimeFolder folder;
   prepare(folder.path());
-  check(GENERATE(kInSessionFiles, kInMeshes, kInRecordings, kOnCommandLines, kWithoutSession,
-                 kWithoutRights),
+  check(GENERATE(kInSessionFiles, kInMeshes, kInRecordings, kOnCommandLines, kWithNames,
+                 kWithoutSession, kWithoutRights),
         folder.path());
 }
 
