@@ -88,14 +88,4 @@ TEST_CASE("fault: hapt torture does a handful of faults and accounts for every s
   CHECK(figure(ran.output, "recorded") > 100);
 }
 
-TEST_CASE("fault: hapt torture says in one line what it cannot do") {
-  const TemporaryFolder folder;
-  const Ran words = hapt("torture --minutes never", folder.path());
-  CHECK(words.code == 2);
-  CHECK(lines(words.output) == 1);
-  const Ran output = hapt("torture -o /no/such/folder/x.mcap", folder.path());
-  CHECK(output.code == 1);
-  CHECK(lines(output.output) == 1);
-}
-
 }  // namespace haptic

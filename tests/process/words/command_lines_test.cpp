@@ -53,7 +53,8 @@ const std::vector<Refused> kRefused{
     {"bake x.off --band 1mm", 2, "--band requires --voxel; add it"},
     {"demo peg --config x.toml", 2, "--config excludes SCENE; leave one out"},
     {"top -n x", 2, "-n: is 'x'; write a whole number"},
-    {"demo --plot x.png", 2, "--plot: the drawing is an SVG; name it with .svg at the end"},
+    {"demo --plot x.png", 2,
+     "--plot: the drawing is an SVG; name it with .svg at the end; see hapt demo --help"},
     {"export", 2, "RECORDING is missing"},
     // what would overwrite a recording, refused by name, before anything is read
     {"export hand.mcap -o hand.mcap", 1, "is read and would be overwritten"},

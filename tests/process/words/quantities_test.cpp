@@ -140,13 +140,13 @@ TEST_CASE("quantities: with its unit a value is the same at every door, bare whe
       check_refusal(bare, "needs a unit");
     }
   }
-  const std::string by_unit = shell("hapt bake t.off --unit '1 mm'", folder.path()).output;
-  CHECK(has(by_unit, ", 0.08 x 0.08 x 0.08 mm, "));
-  CHECK(has(shell("hapt bake t.off --unit mm", folder.path()).output, ", 0.08 x 0.08 x 0.08 mm, "));
-  CHECK(
-      has(shell("hapt bake t.off --unit 1e-3", folder.path()).output, ", 0.08 x 0.08 x 0.08 mm, "));
-  CHECK(has(shell("hapt bake t.off --size '80 mm'", folder.path()).output, ", 80 x 80 x 80 mm, "));
-  CHECK(has(shell("hapt bake t.off --size 0.08", folder.path()).output, ", 80 x 80 x 80 mm, "));
+  for (const std::string words :
+       {"--unit '1 mm'", "--unit mm", "--unit 1e-3", "--size '80 mm'", "--size 0.08"}) {
+    const std::string side = has(words, "unit") ? "0.08" : "80";
+    CAPTURE(words);
+    CHECK(has(shell("hapt bake t.off " + words, folder.path()).output,
+              ", " + side + " x " + side + " x " + side + " mm, "));
+  }
   check_refusal(shell("hapt bake t.off --unit any", folder.path()), "--size, which is missing");
   check_refusal(shell("hapt bake t.off --unit furlong", folder.path()),
                 "known here: m, mm, cm, in, any, or a length as");
