@@ -37,30 +37,40 @@ double spring_at(double depth) {
 }
 
 /// [mA]
-Milliamperes currents_for(const MotorCounts& counts, const Vec3& force_B) {
-  const Vec3 amperes = motor_currents(kArm, joint_angles(kArm, counts), force_B);
+Milliamperes currents_for(const MotorCounts& counts, const Wrench& F_B,
+                          const Arm& arm = woodenhaptics_arm()) {
+  const MotorAmperes amperes = arm.currents(arm.angles(counts), F_B);
   Milliamperes out{};
-  for (int i = 0; i < 3; ++i) {
-    out[static_cast<size_t>(i)] = static_cast<int32_t>(std::lround(1e3 * amperes[i]));
+  for (size_t k = 0; k < amperes.size(); ++k) {
+    out[k] = static_cast<int32_t>(std::lround(1e3 * amperes[k]));
   }
   return out;
 }
 
-/// A second of commands, one per millisecond, with force as a share of the spring at time t [ms].
-Records account(const std::function<double(double)>& share, double depth = kDepth) {
+/// A second of commands, one per millisecond, with what is felt at time t [ms].
+Records account_at(const Arm& arm, const MotorCounts& counts,
+                   const std::function<Wrench(double)>& felt) {
   Records out;
-  const MotorCounts counts = counts_at(depth);
   for (int i = 0; i < 1000; ++i) {
     EmulatorRecord r{};
     r.t_ns = kStart + i * kMs;
     r.commands = static_cast<uint64_t>(i) + 1;
     r.counts = r.answered = r.said_first = counts;
-    r.force_B = {0, 0, share(i) * spring_at(depth)};
-    r.currents = currents_for(counts, r.force_B);
+    const Wrench F_B = felt(i);
+    r.force_B = F_B.f;
+    r.torque_B = F_B.t;
+    r.currents = currents_for(counts, F_B, arm);
     r.motors_on = 1;
     out.push_back(r);
   }
   return out;
+}
+
+/// With force as a share of the spring.
+Records account(const std::function<double(double)>& share, double depth = kDepth) {
+  return account_at(woodenhaptics_arm(), counts_at(depth), [&](double t) {
+    return Wrench{{0, 0, share(t) * spring_at(depth)}, {}};
+  });
 }
 
 JudgedFault fault(Effect effect, double begin_ms, double over_ms) {
@@ -154,7 +164,7 @@ TEST_CASE("judge: the currents of a pose that a lying device has said are judged
   CHECK(judge_force(kRules, records, lie).violations.empty());
   // a tenth more than the wall at the reported pose
   for (EmulatorRecord& r : records) {
-    r.currents = currents_for(r.answered, {0, 0, 1.1 * spring_at(kDepth)});
+    r.currents = currents_for(r.answered, {{0, 0, 1.1 * spring_at(kDepth)}, {}});
   }
   CHECK(breaks(judge_force(kRules, records, lie), ForceBreach::kBeyondWall));
 }
@@ -165,7 +175,7 @@ TEST_CASE("judge: of old answers in front of new ones a command may follow eithe
   for (size_t i = 300; i < records.size(); i += 2) {
     EmulatorRecord& r = records[i];
     r.said_first = old;
-    r.currents = currents_for(old, {0, 0, spring_at(kDepth + 2e-3)});
+    r.currents = currents_for(old, {{0, 0, spring_at(kDepth + 2e-3)}, {}});
     r.force_B = {0, 0, spring_at(kDepth + 2e-3)};
   }
   JudgedFault lie = fault(Effect::kLimits, 300, 0);
@@ -408,22 +418,10 @@ Records account_of_six(const std::function<double(double)>& force,
   // the shortest turn that brings the tool's z upright
   const Vec3 z_B = rotate(X_BH.q * rules.tool_on_grip, {0, 0, 1});
   const Vec3 upright_B = std::acos(z_B.z) * normalized(cross(z_B, {0, 0, 1}));
-  Records out;
-  for (int i = 0; i < 1000; ++i) {
-    EmulatorRecord r{};
-    r.t_ns = kStart + i * kMs;
-    r.commands = static_cast<uint64_t>(i) + 1;
-    r.counts = r.answered = r.said_first = counts;
-    r.force_B = {0, 0, force(i) * kRules.stiffness * -X_BH.p.z};
-    r.torque_B = torque(i) * rules.stiffness * upright_B;
-    const MotorAmperes amperes = arm.currents(arm.angles(counts), {r.force_B, r.torque_B});
-    for (size_t k = 0; k < amperes.size(); ++k) {
-      r.currents[k] = static_cast<int32_t>(std::lround(1e3 * amperes[k]));
-    }
-    r.motors_on = 1;
-    out.push_back(r);
-  }
-  return out;
+  return account_at(arm, counts, [&](double t) {
+    return Wrench{{0, 0, force(t) * kRules.stiffness * -X_BH.p.z},
+                  torque(t) * rules.stiffness * upright_B};
+  });
 }
 
 }  // namespace

@@ -263,26 +263,6 @@ TEST_CASE("constrained6: comes out of what it is behind, a part each tick", "[se
   }
 }
 
-TEST_CASE("constrained6: a moving object takes the body along", "[servo]") {
-  const double mu = GENERATE(0.0, 0.8);
-  const auto materials = rough(mu);
-  RigidLoop loop = constrained();
-  loop.model.materials = materials;
-  const auto set = rigid_set({{0, 0, 0.02}, {}}, corners_on_floor(0.02, -0.02));
-  const Twist V{{mu > 0 ? 0.1 : 0, 0, 0.05}, {}};
-  BodySolution out;
-  for (int i = 0; i < 2000; ++i) {
-    const Pose X_WO = extrapolate({}, V, 1e-3 * i);
-    loop.tick.X_WO[0] = X_WO;
-    loop.tick.V_WO[0] = V;
-    out = loop.step(ToolMotion{X_WO * Pose{{0, 0, 0.018}, {}}, V}, *set);
-    if (i < 500) continue;
-    REQUIRE_THAT(inverse(X_WO) * out.proxy.X_WT.p, IsNear({0, 0, 0.02}, 1e-8));
-    REQUIRE_THAT(out.F_hand_W.f, IsNear({0, 0, 1.6}, 1e-5));
-    REQUIRE_THAT(out.proxy.V_WT.v, IsNear(V.v, 1e-7));
-  }
-}
-
 TEST_CASE("constrained6: stays in a tight hole, and finite whatever leads it", "[servo][trap]") {
   Random random(5);
   const auto materials = rough(GENERATE(0.0, 0.3));
