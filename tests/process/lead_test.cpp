@@ -64,14 +64,6 @@ TEST_CASE("hapt lead: the tool is led to a place in free space, and back") {
   }));
 }
 
-TEST_CASE("hapt lead: a session of a recorded device refuses in one line") {
-  RunningSession session(config("lever.toml"), "recorded");
-  auto& [folder, hapticd, watcher] = session;
-  const Ran refused = hapt("lead 0 0 0", folder.path());
-  CHECK(refused.code == 2);
-  CHECK(refused.output == "hapt: lead: the device is a replay: nothing to lead\n");
-}
-
 TEST_CASE("hapt set solver: of a body, while it runs") {
   RunningSession session(config("peg-in-hole.toml"), "peg");
   auto& [folder, hapticd, watcher] = session;

@@ -155,14 +155,4 @@ TEST_CASE("rate: hapt bench jitter without cyclictest says so in one line, and t
   CHECK(test::figure(ran.output, "wakes") > 0);
 }
 
-TEST_CASE("rate: hapt bench jitter runs on no core but one it may use, for whole seconds") {
-  const test::TemporaryFolder folder;
-  const test::Ran none = test::hapt("bench jitter --pairs 1 --for 1 --core 900", folder.path());
-  CAPTURE(none.output);
-  CHECK(none.code == 1);
-  CHECK(test::has(none.output, "bench jitter: this process may not use core 900; choose another"));
-  CHECK(test::lines(none.output) == 1);
-  CHECK(test::hapt("bench jitter --for 0.4", folder.path()).code > 1);
-}
-
 }  // namespace haptic

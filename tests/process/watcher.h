@@ -2,12 +2,15 @@
 #pragma once
 
 #include <catch2/catch.hpp>
+#include <fstream>
 #include <optional>
 #include <string>
 
+#include "proto/config/config.h"
 #include "proto/ipc/handout.h"
 #include "proto/os/programs.h"
 #include "tests/process/hapticd_process.h"
+#include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic::test {
@@ -54,6 +57,15 @@ struct Watcher {
 template <typename Source>
 pid_t writer_of(const Source& source) {
   return static_cast<pid_t>(source.header()->pid.load());
+}
+
+/// Writes plane.toml without its wish for real time, so that its session runs beside one that has
+/// it; returns the path.
+inline std::string write_quiet_config(const std::string& folder) {
+  std::string text = read_config_text(from_source("configs/plane.toml"));
+  text.insert(text.find("name"), "realtime = false\n");
+  std::ofstream(folder + "/quiet.toml") << text;
+  return folder + "/quiet.toml";
 }
 
 /// A session that runs, and a watcher of it.

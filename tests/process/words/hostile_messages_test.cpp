@@ -9,7 +9,6 @@
 #include "tests/process/hapt_command.h"
 #include "tests/process/programs.h"
 #include "tests/process/watcher.h"
-#include "tests/process/words/quiet_session.h"
 #include "tests/support/data.h"
 #include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"

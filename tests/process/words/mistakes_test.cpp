@@ -9,7 +9,6 @@
 
 #include "tests/process/hapt_command.h"
 #include "tests/process/watcher.h"
-#include "tests/process/words/quiet_session.h"
 #include "tests/support/data.h"
 #include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"
@@ -148,6 +147,11 @@ const std::vector<Mistake> kInRecordings{
 };
 
 const std::vector<Mistake> kOnCommandLines{
+    {"hapt demo --list", 0, "hapt demo bunny          the Stanford bunny", true},
+    {"hapt demo --list | tail -n 1", 0, "hapt demo --mesh part.stl --unit mm *"},
+    {"hapt bench jitter --pairs 1 --for 1 --core 900", 1,
+     "hapt: bench jitter: this process may not use core 900; choose another*"},
+    {"hapt bench jitter --for 0.4", 2, "hapt: *"},
     {"hapt torture --minutes never", 2, "hapt: --minutes: *"},
     {"hapt torture -o /no/such/folder/x.mcap", 1, "hapt: /no/such/folder/x.mcap: *"},
     {"hapticd --bogus x plane.toml", 2,

@@ -156,12 +156,4 @@ TEST_CASE("hapt demo: the hand touches the bunny within a second, and most of th
   CHECK(figure(ran.output, "time of the first touch") < 1);
 }
 
-TEST_CASE("hapt demo: the scenes are listed, each with its command") {
-  const TemporaryRuntimeFolder folder;
-  const Ran ran = hapt("demo --list", folder.path());
-  CHECK(ran.code == 0);
-  CHECK(has(ran.output, "hapt demo bunny          the Stanford bunny\n"));
-  CHECK(has(ran.output, "hapt demo --mesh part.stl --unit mm"));
-}
-
 }  // namespace haptic
