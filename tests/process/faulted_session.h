@@ -9,14 +9,9 @@
 #include "clients/torture/faults.h"
 #include "tests/process/watcher.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic::test {
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr bool kFaultsSanitized = true;
-#else
-inline constexpr bool kFaultsSanitized = false;
-#endif
 
 /// A session on an emulated device whose hand presses, and faults in it; with real-time priorities
 /// if granted, so that other programs do not decide the result. Every force is read from the
@@ -87,7 +82,7 @@ struct FaultedSession {
   /// load that a servo without real-time rights misses ticks. Force limits, zeros and rises still
   /// count.
   static void forgive_slowness(FaultOutcome& outcome) {
-    if (!kFaultsSanitized) return;
+    if (kSlowdown == 1) return;
     const bool starves = outcome.kind == FaultKind::kManyClients;
     std::erase_if(outcome.violations, [starves](const std::string& violation) {
       const bool changed = violation.find(name_of(ForceBreach::kChanged)) != violation.npos;

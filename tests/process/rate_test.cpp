@@ -23,11 +23,7 @@ using test::TemporaryRuntimeFolder;
 using test::Watcher;
 
 constexpr int64_t kMs = 1'000'000;
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;  // the step is ten times slower
-#else
-constexpr bool kSanitized = false;
-#endif
+constexpr bool kSanitized = test::kSlowdown > 1;
 
 std::string write_session(const std::string& folder, int rate_khz, const std::string& wake) {
   const std::string path = folder + "/rate.toml";

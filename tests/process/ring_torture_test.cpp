@@ -12,18 +12,6 @@
 #include "tests/support/torture_scale.h"
 
 namespace haptic {
-namespace test {
-
-double sanitizer_scale() {
-#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
-  return 0.02;
-#else
-  return 1;
-#endif
-}
-
-}  // namespace test
-
 namespace {
 
 using namespace test;
@@ -43,7 +31,7 @@ constexpr int64_t kSecond = kNsPerSecond;
 /// Reads at scale 1; 2.5 · 10^6 over the four sizes.
 uint64_t wanted_reads(size_t bytes) {
   const double reads = bytes <= 64 ? 1.5e6 : bytes <= 256 ? 0.75e6 : bytes <= 1024 ? 0.2e6 : 0.05e6;
-  return static_cast<uint64_t>(reads * test::torture_scale() * test::sanitizer_scale());
+  return static_cast<uint64_t>(reads * test::torture_scale() * (test::kSlowdown > 1 ? 0.02 : 1));
 }
 
 unsigned long long number(uint64_t value) {
