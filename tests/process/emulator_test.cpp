@@ -157,7 +157,6 @@ struct Session {
 }  // namespace
 
 TEST_CASE("emulator: the hand receives k times depth, and zero at the end") {
-  if (!test::programs_are_built()) return;
   Session s;
   INFO(s.hapticd.log() << s.emulator.log());
   REQUIRE(s.wait_for_press(300));
@@ -188,7 +187,6 @@ TEST_CASE("emulator: the hand receives k times depth, and zero at the end") {
 }
 
 TEST_CASE("emulator: each of the held hands is pushed back by k times depth") {
-  if (!test::programs_are_built()) return;
   const std::string hand = GENERATE("light-grip", "firm", "stiff-arm");
   CAPTURE(hand);
   Session s(hand);
@@ -204,7 +202,6 @@ TEST_CASE("emulator: each of the held hands is pushed back by k times depth") {
 }
 
 TEST_CASE("emulator: SIGKILL of the device is waited for, and its return begins softly") {
-  if (!test::programs_are_built()) return;
   Session s;
   INFO(s.hapticd.log());
   REQUIRE(s.wait_for_press(50));
@@ -245,7 +242,6 @@ TEST_CASE("emulator: SIGKILL of the device is waited for, and its return begins 
 }
 
 TEST_CASE("emulator: a node that is not there ends the start with one line") {
-  if (!test::programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   HapticdProcess hapticd({write_session(folder.path())}, folder.path());
   CHECK(hapticd.exit_code() == 2);
@@ -253,7 +249,6 @@ TEST_CASE("emulator: a node that is not there ends the start with one line") {
 }
 
 TEST_CASE("emulator: a device that is silent from the start ends it with one line") {
-  if (!test::programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   const EmulatorProcess emulator(pressing(), folder.path());
   emulator.send(SIGSTOP);
@@ -265,7 +260,6 @@ TEST_CASE("emulator: a device that is silent from the start ends it with one lin
 }
 
 TEST_CASE("emulator: hapticd lets go of the device for a servo that cannot, and replaces it") {
-  if (!test::programs_are_built()) return;
   Session s;
   INFO(s.hapticd.log());
   REQUIRE(s.wait_for_press(50));
@@ -301,7 +295,6 @@ TEST_CASE("emulator: hapticd lets go of the device for a servo that cannot, and 
 }
 
 TEST_CASE("emulator: a device that stops answering feels nothing old when it goes on") {
-  if (!test::programs_are_built()) return;
   Session s;
   INFO(s.hapticd.log());
   REQUIRE(s.wait_for_press(50));
@@ -325,7 +318,6 @@ TEST_CASE("emulator: a device that stops answering feels nothing old when it goe
 }
 
 TEST_CASE("emulator: wrong words on its command line are one line and change nothing") {
-  if (!test::programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   const auto [words, says] = GENERATE(table<std::vector<std::string>, std::string>({
       {{"--hand", "iron"}, "light-grip"},
@@ -346,7 +338,6 @@ TEST_CASE("emulator: wrong words on its command line are one line and change not
 }
 
 TEST_CASE("emulator: a device that a person moves has nothing to lead") {
-  if (!test::programs_are_built()) return;
   Session s;
   REQUIRE(s.watcher.wait_for_all());
   CHECK(say_to_session("woody", "lead 0 0 0.01") ==

@@ -30,7 +30,6 @@ namespace {
 
 using test::eventually;
 using test::HapticdProcess;
-using test::programs_are_built;
 using test::TemporaryRuntimeFolder;
 using test::Watcher;
 
@@ -138,7 +137,7 @@ std::vector<std::array<double, 3>> read_off(const std::string& path, double size
 
 TEST_CASE("eyes: the bunny to be drawn is the bunny of the file, lighter") {
   const auto mesh = test::find_mesh("bunny00.off");
-  if (!programs_are_built() || !mesh) return;
+  if (!mesh) return;
   Drawn drawn("bunny.toml");
   const Eyes eyes = drawn.client.eyes();
   CHECK(eyes.problem.empty());
@@ -174,7 +173,6 @@ TEST_CASE("eyes: the bunny to be drawn is the bunny of the file, lighter") {
 }
 
 TEST_CASE("eyes: peg and hole to be drawn have the sizes of the session file, and its points") {
-  if (!programs_are_built()) return;
   Drawn drawn("peg-in-hole.toml");
   const Eyes eyes = drawn.client.eyes();
   const EyeMesh& peg = *eyes.tool;
@@ -205,7 +203,6 @@ TEST_CASE("eyes: peg and hole to be drawn have the sizes of the session file, an
 }
 
 TEST_CASE("eyes: the sphere of virtual-proxy3 and the colours are those of the session file") {
-  if (!programs_are_built()) return;
   Drawn drawn(
       "plane.toml", "renderer = \"virtual-proxy3\"\n",
       "colour = \"#ff8000\"\n[[object]]\nname = \"b\"\nprimitive = \"sphere\"\nsize = \"1 cm\"\n"
@@ -223,7 +220,6 @@ TEST_CASE("eyes: the sphere of virtual-proxy3 and the colours are those of the s
 }
 
 TEST_CASE("eyes: after kill -9 of contact they are there again, and not before from the spare") {
-  if (!programs_are_built()) return;
   Drawn drawn("plane.toml");
   REQUIRE(drawn.watcher.wait_for_all());
   REQUIRE(
@@ -258,9 +254,17 @@ FileDescriptor take_eye(const std::string& session) {
   return std::move(message.fd);
 }
 
-/// What another user finds: 0 if all meshes are there and nothing can be written.
+/// What another user finds: 0 if all rings and meshes are there, nothing can be written and nothing
+/// controlled.
 int look_as(uid_t user) {
   if (setgid(user) != 0 || setuid(user) != 0) return 3;
+  Watcher watching("drawn");
+  if (!watching.wait_for_all()) return 5;
+  const bool may_ask = say_to_session("drawn", "status text").starts_with("session    drawn") &&
+                       say_to_session("drawn", "status").starts_with("{\"session\": \"drawn\"");
+  const bool may_control =
+      !say_to_session("drawn", "pause").starts_with("error: only user 0 and root");
+  if (!may_ask || may_control) return 6;
   Client client("drawn");
   client.start();
   if (!eventually([&] { return client.eyes().changes == 2; })) return 2;
@@ -277,8 +281,7 @@ int look_as(uid_t user) {
 
 }  // namespace
 
-TEST_CASE("eyes: another user gets them, and cannot write") {
-  if (!programs_are_built()) return;
+TEST_CASE("session: who is neither the server's user nor root may watch but not control or write") {
   if (geteuid() != 0) {
     WARN("SKIPPED: needs root, to become somebody else");
     return;
@@ -303,10 +306,12 @@ TEST_CASE("eyes: another user gets them, and cannot write") {
   INFO(hapticd.log());
   CHECK(WIFEXITED(status));
   CHECK(WEXITSTATUS(status) == 0);
+  Watcher watcher("drawn");
+  REQUIRE(watcher.wait_for_all());
+  CHECK((watcher.servo_frame.flags & kServoPaused) == 0);
 }
 
 TEST_CASE("example 02: the drawing shows the tool and the force of its tick") {
-  if (!programs_are_built()) return;
   Drawn drawn("plane.toml");
   REQUIRE(drawn.watcher.wait_for_all());
   // all frames are kept: the drawing is of one of them

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <string>
@@ -8,14 +9,9 @@
 #include "clients/torture/faults.h"
 #include "tests/process/watcher.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic::test {
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr bool kFaultsSanitized = true;
-#else
-inline constexpr bool kFaultsSanitized = false;
-#endif
 
 /// A session on an emulated device whose hand presses, and faults in it; with real-time priorities
 /// if granted, so that other programs do not decide the result. Every force is read from the
@@ -66,25 +62,27 @@ struct FaultedSession {
   }
 
  private:
-  static bool may_replace_servo(FaultKind kind) {
-    return kind == FaultKind::kServoKill || kind == FaultKind::kServoStop ||
-           kind == FaultKind::kHapticdKill || kind == FaultKind::kHapticdServoKill ||
-           kind == FaultKind::kMemory || kind == FaultKind::kBusy;
+  static bool is_one_of(FaultKind kind, std::initializer_list<FaultKind> kinds) {
+    return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
   }
-
-  /// Stalls of the machine count too: with 64 clients this process may wait for a core.
+  /// Those of the machine count too: with 64 clients this process may wait for a core.
+  static bool may_replace(FaultKind kind) {
+    return is_one_of(kind, {FaultKind::kHapticdKill, FaultKind::kHapticdServoKill,
+                            FaultKind::kMemory, FaultKind::kBusy});
+  }
+  static bool may_replace_servo(FaultKind kind) {
+    return may_replace(kind) || is_one_of(kind, {FaultKind::kServoKill, FaultKind::kServoStop});
+  }
   static bool may_replace_contact(FaultKind kind) {
-    return kind == FaultKind::kContactKill || kind == FaultKind::kContactHang ||
-           kind == FaultKind::kHapticdKill || kind == FaultKind::kHapticdServoKill ||
-           kind == FaultKind::kMemory || kind == FaultKind::kBusy ||
-           kind == FaultKind::kManyClients;
+    return may_replace(kind) || is_one_of(kind, {FaultKind::kContactKill, FaultKind::kContactHang,
+                                                 FaultKind::kManyClients});
   }
 
   /// With a sanitizer, processes start too slowly for documented times, and 64 clients are such a
   /// load that a servo without real-time rights misses ticks. Force limits, zeros and rises still
   /// count.
   static void forgive_slowness(FaultOutcome& outcome) {
-    if (!kFaultsSanitized) return;
+    if (kSlowdown == 1) return;
     const bool starves = outcome.kind == FaultKind::kManyClients;
     std::erase_if(outcome.violations, [starves](const std::string& violation) {
       const bool changed = violation.find(name_of(ForceBreach::kChanged)) != violation.npos;

@@ -12,6 +12,7 @@
 #include "tests/process/hapticd_process.h"
 #include "tests/process/watcher.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic {
 namespace {
@@ -22,11 +23,7 @@ using test::TemporaryRuntimeFolder;
 using test::Watcher;
 
 constexpr int64_t kMs = 1'000'000;
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;  // the step is ten times slower
-#else
-constexpr bool kSanitized = false;
-#endif
+constexpr bool kSanitized = test::kSlowdown > 1;
 
 std::string write_session(const std::string& folder, int rate_khz, const std::string& wake) {
   const std::string path = folder + "/rate.toml";
@@ -100,8 +97,9 @@ std::string no_realtime(const Watcher& watcher) {
 }  // namespace
 
 TEST_CASE("rate: the servo really runs at 1, 2, 4 and 8 kHz, sleeping or spinning") {
-  if (!test::programs_are_built()) return;
   const int rate_khz = GENERATE(1, 2, 4, 8);
+  // those between the slowest and the fastest with a larger HAPTIC_TORTURE_SCALE
+  if ((rate_khz == 2 || rate_khz == 4) && test::torture_scale() <= 1) return;
   const std::string wake = GENERATE("sleep", "hybrid");
   // without spinning: its code does not depend on the rate, and at 8 kHz it would starve the
   // watcher on a busy machine of two cores
@@ -119,7 +117,7 @@ TEST_CASE("rate: the servo really runs at 1, 2, 4 and 8 kHz, sleeping or spinnin
   const int64_t period = period_ns(1000.0 * rate_khz);
   // frames that were already in the ring say nothing about the wall clock
   collect_for(watcher, 1 * kMs);
-  const Frames frames = collect_for(watcher, 1000 * kMs);
+  const Frames frames = collect_for(watcher, 500 * kMs);
   check_grid(frames, period);
 
   const ServoFrame& first = frames.front();
@@ -139,35 +137,6 @@ TEST_CASE("rate: the servo really runs at 1, 2, 4 and 8 kHz, sleeping or spinnin
   CHECK(static_cast<double>(skipped) < 0.5 * static_cast<double>(grid_points));
 }
 
-TEST_CASE("rate: at 8 kHz a stop of 40 ms is one late tick and counted skips, never a burst") {
-  if (kSanitized) {
-    WARN("SKIPPED: too slow under sanitizers for 8 kHz");
-    return;
-  }
-  if (!test::programs_are_built()) return;
-  const TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd({write_session(folder.path(), 8, "sleep")}, folder.path());
-  Watcher watcher("rate");
-  INFO(hapticd.log());
-  REQUIRE(watcher.wait_for_all());
-  const int64_t period = period_ns(8000);
-  Frames frames = collect_for(watcher, 50 * kMs);
-  const pid_t servo = test::writer_of(watcher.servo);
-  kill(servo, SIGSTOP);
-  sleep_until(now_ns() + 40 * kMs);
-  kill(servo, SIGCONT);
-  const Frames after = collect_for(watcher, 100 * kMs);
-  frames.insert(frames.end(), after.begin(), after.end());
-  check_grid(frames, period);
-
-  // 320 grid points have passed: one is the late tick, the others are skipped
-  const uint64_t skipped = frames.back().skipped - frames.front().skipped;
-  CHECK(skipped >= 300);
-  const uint64_t late = static_cast<uint64_t>(std::count_if(
-      frames.begin(), frames.end(), [](const ServoFrame& f) { return f.wake_late_ns > 30 * kMs; }));
-  CHECK(late >= 1);  // the machine may add one
-}
-
 TEST_CASE("rate: hapt bench jitter without cyclictest says so in one line, and the rest is there") {
   const test::TemporaryFolder folder;
   const test::Ran ran = test::shell("PATH='" + test::program_folder().string() +
@@ -180,16 +149,6 @@ TEST_CASE("rate: hapt bench jitter without cyclictest says so in one line, and t
   CHECK(test::has(ran.output, "\"peer\": \"cyclictest\", \"peer_value\": null"));
   CHECK(!test::has(ran.output, "cyclictest's"));
   CHECK(test::figure(ran.output, "wakes") > 0);
-}
-
-TEST_CASE("rate: hapt bench jitter runs on no core but one it may use, for whole seconds") {
-  const test::TemporaryFolder folder;
-  const test::Ran none = test::hapt("bench jitter --pairs 1 --for 1 --core 900", folder.path());
-  CAPTURE(none.output);
-  CHECK(none.code == 1);
-  CHECK(test::has(none.output, "bench jitter: this process may not use core 900; choose another"));
-  CHECK(test::lines(none.output) == 1);
-  CHECK(test::hapt("bench jitter --for 0.4", folder.path()).code > 1);
 }
 
 }  // namespace haptic

@@ -40,9 +40,6 @@ struct ReaderTally {
   }
 };
 
-/// 1, or less if a sanitizer slows down every access.
-double sanitizer_scale();
-
 }  // namespace test
 
 template <typename RingType>

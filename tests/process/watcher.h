@@ -2,12 +2,16 @@
 #pragma once
 
 #include <catch2/catch.hpp>
+#include <fstream>
 #include <optional>
 #include <string>
 
+#include "proto/config/config.h"
 #include "proto/ipc/handout.h"
 #include "proto/os/programs.h"
 #include "tests/process/hapticd_process.h"
+#include "tests/support/data.h"
+#include "tests/support/temporary_folder.h"
 
 namespace haptic::test {
 
@@ -55,16 +59,25 @@ pid_t writer_of(const Source& source) {
   return static_cast<pid_t>(source.header()->pid.load());
 }
 
-/// Fails the test if a program is missing, because then nothing is tested.
-inline bool programs_are_built() {
-  for (const char* name :
-       {"hapticd", "haptic-sim", "haptic-contact", "haptic-servo", "haptic-emulator"}) {
-    const std::filesystem::path path = program_folder() / name;
-    if (!std::filesystem::exists(path)) {
-      FAIL(path.string() << " is missing; `cmake --build build/dev` builds it");
-    }
-  }
-  return true;
+/// Writes plane.toml without its wish for real time, so that its session runs beside one that has
+/// it; returns the path.
+inline std::string write_quiet_config(const std::string& folder) {
+  std::string text = read_config_text(from_source("configs/plane.toml"));
+  text.insert(text.find("name"), "realtime = false\n");
+  std::ofstream(folder + "/quiet.toml") << text;
+  return folder + "/quiet.toml";
 }
+
+/// A session that runs, and a watcher of it.
+struct RunningSession {
+  TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd;
+  Watcher watcher;
+
+  RunningSession(const std::string& config, const std::string& name)
+      : hapticd({config, "--session", name}, folder.path()), watcher(name) {
+    REQUIRE(watcher.wait_for_all());
+  }
+};
 
 }  // namespace haptic::test

@@ -66,6 +66,27 @@ inline std::vector<Touch> random_touches(Random& random, double radius, double r
   return touches;
 }
 
+inline constexpr double kDegree = 0.017453292519943295;
+
+/// Two rings of contacts around a peg of 5 mm.
+inline std::vector<Touch> wall_of_hole(double gap) {
+  std::vector<Touch> wall;
+  for (const double z : {-0.02, 0.02}) {
+    for (int i = 0; i < 12; ++i) {
+      const Vec3 out{std::cos(30 * i * kDegree), std::sin(30 * i * kDegree), 0};
+      wall.push_back({0.005 * out + Vec3{0, 0, z}, -out, gap});
+    }
+  }
+  return wall;
+}
+
+/// The materials of an object with that friction.
+inline std::vector<MaterialConfig> rough(double friction) {
+  std::vector<MaterialConfig> materials(1);
+  materials[0].friction_static = materials[0].friction_dynamic = friction;
+  return materials;
+}
+
 /// A solver with its state from tick to tick.
 class RigidLoop {
  public:

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "contact/shape/mesh/primitives.h"
 #include "proto/wire/renderer.h"
-#include "tests/clients/lab/arm_session.h"
+#include "tests/clients/lab/admittance_ticks.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
@@ -19,7 +18,6 @@ constexpr double kTop = 0.05;  // of the block [m]
 /// An arm whose samples and contacts a test may spoil.
 struct FaultyRun {
   SessionConfig config = arm_session(Renderer::kGodObject3);
-  std::vector<MeshShapeData> owned;
   std::function<void(uint64_t, DeviceState&)> spoil = [](uint64_t, DeviceState&) {};
   std::function<bool(uint64_t, ContactSet&)> answer = [](uint64_t, ContactSet&) { return true; };
   std::function<uint64_t(uint64_t)> skipped = [](uint64_t) -> uint64_t { return 0; };  // after it
@@ -29,45 +27,19 @@ struct FaultyRun {
   ServoFrame run(uint64_t ticks) {
     config.safety.max_force = config.device.max_force = 20;
     config.device.hand.hand_stiffness = 100;
-    owned.push_back(build_shape(make_box({0.1, 0.1, 0.1})));
-    const std::array<MeshShape, 1> shapes{owned[0].view()};
     const auto down = [](double t) {
       return Intent{{0, 0, t < 0.01 ? kTop + 0.03 : kTop - 0.2}, {}, {}, {}};
     };
-    SimulatedArm arm(config.device, down);
-    const ServoModel model =
-        build_servo_model(config, {arm.caps().max_force, arm.caps().max_torque, true});
-    const ContactModel contact = build_contact_model(config, shapes);
-    auto contact_state = std::make_unique<ContactState>(contact);
-    auto servo = std::make_unique<ServoState>();
-    auto set = std::make_unique<ContactSet>();
-    bool any = false;
-    ControlFrame control{};
-    control.armed = 1;
-    SceneFrame scene{};
-    scene.n_objects = 1;
+    ArmTicks run(config, down);
     ServoFrame frame{};
     for (uint64_t k = 0; k < ticks; ++k) {
-      ServoInput input;
-      input.tick = k;
-      input.t_ns = 1'000'000'000 + static_cast<int64_t>(k) * 1'000'000;
-      arm.read({input.t_ns, input.t_ns}, input.device);
+      ServoInput input = run.read(k);
       spoil(k, input.device);
-      scene.t_ns = input.t_ns;
-      input.scene = &scene;
-      input.control = &control;
-      if (any) input.contacts = set.get();
-      frame = servo_step(model, *servo, input);
+      frame = run.move(input);
       REQUIRE(is_finite(frame.X_command_B));
-      arm.move(frame.X_command_B);
-      const Vec3& p = frame.X_command_B.p;
-      deepest = std::max(deepest, kTop - p.z);
-      auto next =
-          std::make_unique<ContactSet>(contact_step(contact, *contact_state, frame, &scene));
-      if (answer(k, *next)) {
-        set = std::move(next);
-        any = true;
-      }
+      deepest = std::max(deepest, kTop - frame.X_command_B.p.z);
+      auto next = run.answer(frame);
+      if (answer(k, *next)) run.set = std::move(next);
       k += skipped(k);
     }
     return frame;
@@ -90,29 +62,27 @@ TEST_CASE("admittance: without a fault the hand presses on the block", "[lab]") 
   CHECK(f.F_device_B.f.z == Approx(20).margin(0.1));
 }
 
-TEST_CASE("admittance: a measured wrench that is no wrench stops the arm", "[lab]") {
-  const double bad = GENERATE(std::numeric_limits<double>::quiet_NaN(),
-                              std::numeric_limits<double>::infinity(), -1e6);
-  FaultyRun session;
-  session.spoil = [&](uint64_t k, DeviceState& device) {
-    if (k == 60) device.F_hand_B.f.z = bad;
+TEST_CASE("admittance: a wrench or a pose that is none, or jumps, stops the arm", "[lab]") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  struct Row {
+    Fault fault;
+    double force, step;  // added to what was measured [N], [m]
   };
-  const ServoFrame f = session.run(300);
-  CHECK(f.fault ==
-        static_cast<uint32_t>(std::isfinite(bad) ? Fault::kForceHuge : Fault::kForceNotFinite));
-  CHECK(speed_of(f) == 0);
-  CHECK(session.deepest < 0);
-}
-
-TEST_CASE("admittance: a measured pose that jumps or is no pose stops the arm", "[lab]") {
-  const bool jumps = GENERATE(true, false);
+  const Row row = GENERATE_COPY(
+      values<Row>({{Fault::kForceNotFinite, nan, 0},
+                   {Fault::kForceNotFinite, std::numeric_limits<double>::infinity(), 0},
+                   {Fault::kForceHuge, -1e6, 0},
+                   {Fault::kPoseJump, 0, 0.2},
+                   {Fault::kDeviceNotFinite, 0, nan}}));
+  CAPTURE(row.force, row.step);
   FaultyRun session;
   session.spoil = [&](uint64_t k, DeviceState& device) {
     if (k != 60) return;
-    device.X_BH.p.x += jumps ? 0.2 : std::numeric_limits<double>::quiet_NaN();
+    device.F_hand_B.f.z += row.force;
+    device.X_BH.p.x += row.step;
   };
   const ServoFrame f = session.run(300);
-  CHECK(f.fault == static_cast<uint32_t>(jumps ? Fault::kPoseJump : Fault::kDeviceNotFinite));
+  CHECK(f.fault == static_cast<uint32_t>(row.fault));
   CHECK(speed_of(f) == 0);
   CHECK(session.deepest < 0);
 }

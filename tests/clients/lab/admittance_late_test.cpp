@@ -3,9 +3,8 @@
 // them. In free space a hand that pushes moves the body all the same.
 #include <algorithm>
 
-#include "contact/shape/mesh/primitives.h"
 #include "proto/wire/renderer.h"
-#include "tests/clients/lab/arm_session.h"
+#include "tests/clients/lab/admittance_ticks.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 
@@ -57,45 +56,21 @@ Intent stroke(double t) {
 Found run_late(const Lateness& lateness, int64_t duration_ns) {
   SessionConfig config = free_session();
   config.device.admittance.arm_delay = lateness.arm_delay;
-  std::vector<MeshShapeData> owned;
-  owned.push_back(build_shape(make_box({0.1, 0.1, 0.1})));
-  const std::array<MeshShape, 1> shapes{owned[0].view()};
-  SimulatedArm arm(config.device, stroke);
-  const ServoModel model =
-      build_servo_model(config, {arm.caps().max_force, arm.caps().max_torque, true});
-  const ContactModel contact = build_contact_model(config, shapes);
-  auto contact_state = std::make_unique<ContactState>(contact);
-  auto servo = std::make_unique<ServoState>();
-  auto set = std::make_unique<ContactSet>();
-  ControlFrame control{};
-  control.armed = 1;
-  SceneFrame scene{};
-  scene.n_objects = 1;
-  scene.X_WO[0] = config.objects[0].X_WO;
+  ArmTicks run(config, stroke);
   Random random(lateness.seed);
   Found found;
   int rest = 0;
   uint64_t skipped = 0;
   for (uint64_t k = 0; static_cast<int64_t>(k) * kTickNs < duration_ns;) {
-    ServoInput input;
-    input.tick = k;
-    input.t_ns = 1'000'000'000 + static_cast<int64_t>(k) * kTickNs;
     const bool is_late = random.uniform(0, 1) < lateness.share;
-    input.wake_late_ns =
-        is_late ? static_cast<int64_t>(random.uniform(0, 1) * static_cast<double>(lateness.most_ns))
-                : 0;
+    const double late = is_late ? random.uniform(0, 1) * static_cast<double>(lateness.most_ns) : 0;
+    ServoInput input = run.read(k, static_cast<int64_t>(late));
     input.skipped = skipped;
-    arm.read({input.t_ns, input.t_ns + input.wake_late_ns}, input.device);
-    scene.t_ns = input.t_ns;
-    input.scene = &scene;
-    input.control = &control;
-    if (k > 0) input.contacts = set.get();
-    const ServoFrame f = servo_step(model, *servo, input);
-    arm.move(f.X_command_B);
-    *set = contact_step(contact, *contact_state, f, &scene);
+    const ServoFrame f = run.move(input);
+    run.set = run.answer(f);
 
     const bool pushes = k > 100 && norm(f.device.F_hand_B.f) > kPush;
-    const bool moves = norm(servo->admittance.body.V_BH.v) > kMoving;
+    const bool moves = norm(run.servo->admittance.body.V_BH.v) > kMoving;
     found.pushing += pushes;
     found.late += is_late;
     found.fault |= f.fault;

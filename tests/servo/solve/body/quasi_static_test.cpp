@@ -39,21 +39,6 @@ TEST_CASE("quasi-static: a hard wall a micrometre ahead of a long step", "[servo
   CHECK_THAT(out.X_WP.p, IsNear({2e-4, 0, z}, 1e-9));
 }
 
-TEST_CASE("quasi-static: free space is exactly free", "[servo][trap]") {
-  Random random(3);
-  RigidBody tool;
-  tool.centre_T = {0, 0, 0.02};
-  const VirtualCoupling coupling{800, 0, 1, 0, 0, 0};
-  SoftContact wall{{}, {10, 0, 0}, {-1, 0, 0}, {}, 3000, 0};
-  Pose X_WP;
-  for (int i = 0; i < 500; ++i) {
-    const Pose X_WT = random.pose(0.1);
-    X_WP = solve_quasi_static(coupling, tool, X_WT, {&wall, 1}, X_WP, {}).X_WP;
-    REQUIRE(X_WP == X_WT);
-    REQUIRE(wrench_on_hand(coupling, {X_WT, {}}, {X_WP, {}}) == Wrench{});
-  }
-}
-
 TEST_CASE("quasi-static: nothing is left over on random contacts", "[servo]") {
   Random random(4);
   size_t converged = 0;

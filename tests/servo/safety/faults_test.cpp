@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The twins of torque of the faults that `hapt torture` injects: a handle that turns, with the tool
-// off it, presses into a block and is twisted by it. The plant and the promises are computed here;
-// the server is servo_step alone.
+// The faults that `hapt torture` injects and that reach the servo's step: a handle that turns, with
+// the tool off it, presses into a block and is twisted by it. The plant and the promises are
+// computed here, for force and torque alike; the server is servo_step alone.
 #include <functional>
 #include <limits>
 #include <random>
@@ -34,19 +34,36 @@ struct Wrist {
     }
   }
   double depth() const { return std::max(0.0, kDepth + kLever * std::sin(angle)); }
-  /// Of the block on the handle: the force at the tool by its lever.
-  double wall() const { return -kLever * std::cos(angle) * kStiffness * depth(); }
+  /// Of the block on the handle: the force at the tool, and its torque by the lever.
+  Wrench wall() const {
+    const double force = kStiffness * depth();
+    return {{0, 0, force}, {0, -kLever * std::cos(angle) * force, 0}};
+  }
 };
 
 /// What one tick was told and did.
 struct Tick {
-  Vec3 torque;
-  double wall = 0;       // torque of the block where the device said the handle is
-  double turned = 0;     // since the last sample, as the device said [rad]
-  double speed = 0;      // of the handle [rad/s]
-  double seconds = kDt;  // since the last tick
-  uint32_t fault = 0;
+  Wrench felt;
+  Wrench wall;        // of the block where the device said the handle is
+  double turned = 0;  // since the last sample, as the device said [rad]
+  double speed = 0;   // of the handle [rad/s]
+  double fade = 0;    // weight of the contacts
+  uint32_t fault = 0, flags = 0;
 };
+
+/// What is promised of a half of the wrench.
+struct Half {
+  const char* name;
+  Vec3 Wrench::*of;
+  double most;    // [N] or [N·m]
+  double slew;    // as the place of the handle is fixed: what it may grow by in a tick
+  double spring;  // and what it may grow by each radian of the hand's turn
+  double damper;  // what the passivity controller may add [N·s/rad] or [N·m·s/rad]
+};
+constexpr Half kHalves[]{
+    {"force", &Wrench::f, kMaxForce, kSlew* kDt, kLever* kStiffness, kLever* kDamping},
+    {"torque", &Wrench::t, kMaxTorque, (kTorqueSlew + kLever * kSlew) * kDt,
+     kLever* kLever* kStiffness, kTurningDamping + kLever* kLever* kDamping}};
 
 /// A fault: what it makes of the inputs of a tick.
 struct Spoil {
@@ -100,8 +117,10 @@ class Session {
     if (spoil.how) spoil.how(input, *set, since);
     const ServoFrame frame = servo_step(model_, state_, input);
     const Quat turn = input.device.X_BH.q * conjugate(said_);
-    ticks_.push_back({frame.F_device_B.t, wrist_.wall(), norm(to_rotation_vector(turn)),
-                      wrist_.speed, seconds, frame.fault});
+    ticks_.push_back({frame.F_device_B, wrist_.wall(), norm(to_rotation_vector(turn)), wrist_.speed,
+                      frame.fade, frame.fault, frame.flags});
+    REQUIRE(is_finite(frame.X_WT));
+    REQUIRE(is_finite(frame.X_WP));
     said_ = input.device.X_BH.q;
     wrist_.advance(frame.F_device_B.t.y);
   }
@@ -120,132 +139,126 @@ class Session {
 /// What holds in every tick, with or without a fault: the first promise that is broken.
 std::string broken_always(const std::vector<Tick>& ticks) {
   for (size_t i = 1; i < ticks.size(); ++i) {
-    const Tick& tick = ticks[i];
-    const std::string at = " in tick " + std::to_string(i);
-    if (!is_finite(tick.torque)) return "not finite" + at;
-    if (norm(tick.torque) > kMaxTorque) return "above the largest torque" + at;
-    // the place of the handle is fixed: the force grows by slew and by the turn of the lever
-    const double force = kSlew * kDt + kLever * kStiffness * tick.turned;
-    const double most = kTorqueSlew * kDt + kLever * force;
-    const Vec3& last = ticks[i - 1].torque;
-    const double length2 = norm_squared(last);
-    const double share = length2 > 0 ? std::clamp(dot(tick.torque, last) / length2, 0.0, 1.0) : 0;
-    if (norm(tick.torque - share * last) > most * (1 + 1e-9)) return "rises too fast" + at;
+    for (const Half& half : kHalves) {
+      const Vec3 &now = ticks[i].felt.*half.of, &last = ticks[i - 1].felt.*half.of;
+      const std::string at = std::string(" ") + half.name + " in tick " + std::to_string(i);
+      if (!is_finite(now)) return "not finite:" + at;
+      if (norm(now) > half.most) return "above the largest:" + at;
+      const double length2 = norm_squared(last);
+      const double share = length2 > 0 ? std::clamp(dot(now, last) / length2, 0.0, 1.0) : 0;
+      const double most = half.slew + half.spring * ticks[i].turned;
+      if (norm(now - share * last) > most * (1 + 1e-9)) return "rises too fast:" + at;
+    }
   }
   return {};
 }
 
-bool is_zero(const Tick& tick) {
-  return tick.torque == Vec3{};
-}
-
-/// Within what the passivity controller may add.
+/// Whether both halves are the block's, times the gain, within what the passivity controller may
+/// add.
 bool is_wall(const Tick& tick) {
-  const double damper = (kTurningDamping + kLever * kLever * kDamping) * std::fabs(tick.speed);
-  return norm(tick.torque - Vec3{0, tick.wall, 0}) <= damper + 1e-9;
+  return std::all_of(std::begin(kHalves), std::end(kHalves), [&](const Half& half) {
+    return norm(tick.felt.*half.of - tick.wall.*half.of) <=
+           half.damper * std::fabs(tick.speed) + 1e-9;
+  });
 }
 
 /// Zero in each of these ticks.
 bool all_zero(const std::vector<Tick>& ticks, size_t from, size_t to) {
-  for (size_t i = from; i < to; ++i) {
-    if (!is_zero(ticks[i])) return false;
-  }
-  return true;
+  const auto at = [&](size_t i) { return ticks.begin() + static_cast<ptrdiff_t>(i); };
+  return std::all_of(at(from), at(to), [](const Tick& tick) { return tick.felt == Wrench{}; });
 }
 
 /// From the tick `from` on no more than the share of the soft start, and at its end the wall.
 void check_soft_start(const std::vector<Tick>& ticks, size_t from) {
   for (size_t i = from; i < ticks.size(); ++i) {
     const double gain = std::min(1.0, static_cast<double>(i - from + 1) * kDt / kSoftStart);
-    const double damper =
-        (kTurningDamping + kLever * kLever * kDamping) * std::fabs(ticks[i].speed);
-    CAPTURE(i - from, ticks[i].wall, gain);
-    REQUIRE(norm(ticks[i].torque) <= gain * std::fabs(ticks[i].wall) + damper + 1e-9);
+    for (const Half& half : kHalves) {
+      CAPTURE(half.name, i - from, gain);
+      REQUIRE(norm(ticks[i].felt.*half.of) <=
+              gain * norm(ticks[i].wall.*half.of) + half.damper * std::fabs(ticks[i].speed) + 1e-9);
+    }
   }
   CHECK(is_wall(ticks.back()));
-  CHECK(norm(ticks.back().torque) > 0.02);
+  CHECK(norm(ticks.back().felt.t) > 0.02);
 }
 
 }  // namespace
 
-TEST_CASE("torque faults: without a fault the handle feels the block's torque", "[servo]") {
+TEST_CASE("faults: without a fault the handle feels the block's force and torque", "[servo]") {
   Session session;
   session.run(300);
   CHECK(broken_always(session.ticks()).empty());
   CHECK(is_wall(session.ticks().back()));
-  CHECK(session.ticks().back().torque.y < -0.04);
+  CHECK(session.ticks().back().felt.f.z > 0.5);
+  CHECK(session.ticks().back().felt.t.y < -0.04);
   CHECK(std::fabs(session.wrist().speed) < 1e-3);
 }
 
-TEST_CASE("torque faults: the promises are seen to break", "[servo]") {
+TEST_CASE("faults: the promises are seen to break", "[servo]") {
+  const Half half = GENERATE(values({kHalves[0], kHalves[1]}));
+  INFO(half.name);
   Session session;
   std::vector<Tick> ticks = session.ticks();
   REQUIRE(broken_always(ticks).empty());
   const size_t last = ticks.size() - 1;
-  SECTION("a torque that is no number") {
-    ticks[last].torque.x = std::numeric_limits<double>::quiet_NaN();
+  Vec3& felt = ticks[last].felt.*half.of;
+  SECTION("what is no number") {
+    felt.x = std::numeric_limits<double>::quiet_NaN();
     CHECK(broken_always(ticks).find("not finite") == 0);
   }
-  SECTION("a torque above the limit") {
-    ticks[last].torque = {0, -0.1501, 0};
+  SECTION("what is above the limit") {
+    felt = {0, -1.001 * half.most, 0};
     CHECK(broken_always(ticks).find("above") == 0);
   }
-  SECTION("a torque that grows along, or across") {
-    const double step = 1.01 * (kTorqueSlew + kLever * kSlew) * kDt;
+  SECTION("what grows along, or across") {
     ticks[last] = ticks[last - 1];
     ticks[last].turned = 0;
-    ticks[last].torque += GENERATE(Vec3{0, -1, 0}, Vec3{1, 0, 0}) * step;
+    const Vec3 along = normalized(felt);
+    felt += 1.01 * half.slew * GENERATE_COPY(values({along, Vec3{1, 0, 0}}));
     CHECK(broken_always(ticks).find("rises") == 0);
   }
 }
 
-TEST_CASE("torque faults: what closes the force closes the torque, until it is cleared",
-          "[servo]") {
-  using Cause = std::function<void(ServoInput&, ContactSet&, int)>;
-  const auto once = [](const Cause& cause) {
-    return [cause](ServoInput& input, ContactSet& set, int since) {
-      if (since == 0) cause(input, set, since);
-    };
-  };
+TEST_CASE("faults: what closes the force closes the torque, until it is cleared", "[servo]") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
   struct Row {
     const char* name;
-    Cause how;
     Fault fault;
+    int ticks;  // that it lasts
+    std::function<void(ServoInput&, ContactSet&)> how;
   };
   const Row rows[] = {
-      {"contact: NaN in an answer", once([](ServoInput&, ContactSet& set, int) {
-         set.contacts[0].normal_O.x = std::numeric_limits<double>::quiet_NaN();
-       }),
-       Fault::kContactsNotFinite},
-      {"contact: infinity in an answer", once([](ServoInput&, ContactSet& set, int) {
+      {"contact: NaN in an answer", Fault::kContactsNotFinite, 1,
+       [&](ServoInput&, ContactSet& set) { set.contacts[0].normal_O.x = nan; }},
+      {"contact: infinity in an answer", Fault::kContactsNotFinite, 1,
+       [](ServoInput&, ContactSet& set) {
          set.contacts[0].object_point_O.z = std::numeric_limits<double>::infinity();
-       }),
-       Fault::kContactsNotFinite},
-      {"device: orientation that is no number", once([](ServoInput& input, ContactSet&, int) {
-         input.device.X_BH.q.w = std::numeric_limits<double>::quiet_NaN();
-       }),
-       Fault::kDeviceNotFinite},
-      {"device: orientation jumps by one radian", once([](ServoInput& input, ContactSet&, int) {
+       }},
+      {"device: position that is no number", Fault::kDeviceNotFinite, 1,
+       [&](ServoInput& input, ContactSet&) { input.device.X_BH.p.y = nan; }},
+      {"device: orientation that is no number", Fault::kDeviceNotFinite, 1,
+       [&](ServoInput& input, ContactSet&) { input.device.X_BH.q.w = nan; }},
+      {"device: pose jumps by 0.67 m and back", Fault::kPoseJump, 1,
+       [](ServoInput& input, ContactSet&) { input.device.X_BH.p.x += 0.67; }},
+      {"device: pose jumps by a metre and goes on lying", Fault::kPoseJump, 60,
+       [](ServoInput& input, ContactSet&) { input.device.X_BH.p.x += 1; }},
+      {"device: orientation jumps by one radian", Fault::kPoseJump, 1,
+       [](ServoInput& input, ContactSet&) {
          input.device.X_BH.q =
              from_rotation_vector(normalized(Vec3{1, -1, 1})) * input.device.X_BH.q;
-       }),
-       Fault::kPoseJump},
-      {"device: the same answer always, or old ones",
-       [](ServoInput& input, ContactSet&, int since) {
-         if (since < 30) input.device.flags |= kDeviceStale;
-       },
-       Fault::kDeviceStale},
-      {"device: noise",
-       [](ServoInput& input, ContactSet&, int since) {
-         if (since < 30) input.device.flags |= kDeviceNoisy;
-       },
-       Fault::kDeviceNoisy},
+       }},
+      {"device: the same answer always, or old ones", Fault::kDeviceStale, 30,
+       [](ServoInput& input, ContactSet&) { input.device.flags |= kDeviceStale; }},
+      {"device: noise", Fault::kDeviceNoisy, 30,
+       [](ServoInput& input, ContactSet&) { input.device.flags |= kDeviceNoisy; }},
   };
   for (const Row& row : rows) {
     CAPTURE(row.name);
     Session session;
     const size_t begin = session.now();
-    session.run(60, {row.how});
+    session.run(60, {[&](ServoInput& input, ContactSet& set, int since) {
+                  if (since < row.ticks) row.how(input, set);
+                }});
     const size_t cleared = session.now();
     session.clear();
     session.run(600);
@@ -262,7 +275,7 @@ TEST_CASE("torque faults: what closes the force closes the torque, until it is c
   }
 }
 
-TEST_CASE("torque faults: a handle that spins feels nothing until it is calm", "[servo]") {
+TEST_CASE("faults: a handle that spins feels nothing until it is calm", "[servo]") {
   Session session;
   const size_t begin = session.now();
   session.run(30, {[](ServoInput& input, ContactSet&, int since) {
@@ -276,8 +289,7 @@ TEST_CASE("torque faults: a handle that spins feels nothing until it is calm", "
   CHECK(broken_always(session.ticks()).empty());
 }
 
-TEST_CASE("torque faults: old contacts are held, faded and gone, and come back by a ramp",
-          "[servo]") {
+TEST_CASE("faults: old contacts are held, faded and gone, and come back by a ramp", "[servo]") {
   // contact is dead, or a thousand times too slow: held at most 100 ms, faded over 50 ms
   Session session;
   const size_t begin = session.now();
@@ -290,21 +302,24 @@ TEST_CASE("torque faults: old contacts are held, faded and gone, and come back b
     const double gone = (150.0 - static_cast<double>(i - begin)) / 50;
     const double left = std::clamp(gone, 0.0, 1.0);
     CAPTURE(i - begin);
-    REQUIRE(norm(ticks[i].torque) <= left * kLever * kStiffness * (kDepth + kLever) + 1e-9);
+    const double force = left * kStiffness * (kDepth + kLever);
+    REQUIRE(norm(ticks[i].felt.f) <= force + 1e-9);
+    REQUIRE(norm(ticks[i].felt.t) <= kLever * force + 1e-9);
+    REQUIRE(ticks[i].fade <= left + 1e-9);
   }
   CHECK(all_zero(ticks, begin + 151, back));
   CHECK(broken_always(ticks).empty());
   CHECK(is_wall(ticks.back()));
 }
 
-TEST_CASE("torque faults: a contact that is ten times too slow changes nothing", "[servo]") {
+TEST_CASE("faults: a contact that is ten times too slow changes nothing", "[servo]") {
   Session session;
   const size_t begin = session.now();
   session.run(400, {{}, 10, false});
   for (size_t i = begin; i < session.now(); ++i) REQUIRE(is_wall(session.ticks()[i]));
 }
 
-TEST_CASE("torque faults: lying planes stay within the limits and the slew", "[servo]") {
+TEST_CASE("faults: lying planes stay within the limits and the slew", "[servo]") {
   std::mt19937 rng(7);
   std::uniform_real_distribution<double> unit(-1, 1);
   Session session;
@@ -318,27 +333,37 @@ TEST_CASE("torque faults: lying planes stay within the limits and the slew", "[s
   CHECK(is_wall(session.ticks().back()));
 }
 
-TEST_CASE("torque faults: a servo that is late, and was let go, begins at zero", "[servo]") {
+TEST_CASE("faults: a servo that is late, and was let go, begins at zero", "[servo]") {
   Session session;
   const size_t begin = session.now();
   session.run(600, {[](ServoInput& input, ContactSet&, int since) { input.released = since == 0; },
                     0, false, 0.05});
   const auto& ticks = session.ticks();
   // from zero, whatever was held before
-  CHECK(norm(ticks[begin].torque) <= (kTorqueSlew + kLever * kSlew) * kDt +
-                                         kLever * kLever * kStiffness * ticks[begin].turned + 1e-9);
+  for (const Half& half : kHalves) {
+    CAPTURE(half.name);
+    CHECK(norm(ticks[begin].felt.*half.of) <= half.slew + half.spring * ticks[begin].turned + 1e-9);
+  }
   CHECK(broken_always(ticks).empty());
   CHECK(is_wall(ticks.back()));
 }
 
-TEST_CASE("torque faults: a device that is away feels nothing, then a soft start", "[servo]") {
+TEST_CASE("faults: a device that is lost or not homed feels nothing, then a soft start",
+          "[servo]") {
+  const uint32_t away = GENERATE(values({kDeviceLost | kDeviceHomed, kDeviceHeld + 0u}));
+  const auto flagged = [](uint32_t flags) {
+    return Spoil{[flags](ServoInput& input, ContactSet&, int) { input.device.flags = flags; }};
+  };
   Session session;
   const size_t begin = session.now();
-  session.run(200, {[](ServoInput& input, ContactSet&, int) {
-                input.device.flags = kDeviceLost | kDeviceHomed;
-              }});
+  session.run(200, flagged(away));
   const size_t back = session.now();
   session.run(600);
-  CHECK(all_zero(session.ticks(), begin, back + 1));
-  check_soft_start(session.ticks(), back);
+  const auto& ticks = session.ticks();
+  CHECK(all_zero(ticks, begin, back + 1));
+  for (size_t i = begin; i < back; ++i) REQUIRE((ticks[i].flags & kServoNoDevice) != 0);
+  check_soft_start(ticks, back);
+  // one missing sample is not a loss
+  session.run(1, flagged(kDeviceHeld | kDeviceHomed));
+  CHECK(is_wall(ticks.back()));
 }

@@ -2,6 +2,8 @@
 // hapt bake and the benchmarks of collision queries at a small size, on the real binary.
 #include <filesystem>
 #include <fstream>
+#include <string>
+#include <vector>
 
 #include "proto/os/programs.h"
 #include "tests/process/hapt_command.h"
@@ -25,36 +27,40 @@ void check_told(const Ran& ran) {
   CHECK((ran.code == 1) == has(ran.output, "\"holds\": false"));
 }
 
+void check_rows(const Ran& ran, const std::vector<std::string>& rows) {
+  for (const std::string& row : rows) {
+    CAPTURE(row);
+    CHECK(figure(ran.output, row) > 0);
+  }
+}
+
 }  // namespace
 
 TEST_CASE("hapt bake: the same mesh makes the same file") {
-  if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   write_mesh(folder.path() + "/t.off");
   std::vector<std::string> files;
   for (const char* cache : {"/first", "/second"}) {
-    ::setenv("HAPTICD_CACHE", (folder.path() + cache).c_str(), 1);
-    CHECK(hapt("bake t.off --unit 1", folder.path()).code == 0);
+    const std::string words =
+        std::string("HAPTICD_CACHE=$PWD") + cache + " hapt bake t.off --unit 1";
+    CHECK(shell(words, folder.path()).code == 0);
     for (const auto& entry : std::filesystem::directory_iterator(folder.path() + cache)) {
       std::ifstream file(entry.path(), std::ios::binary);
       files.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
     }
   }
-  ::unsetenv("HAPTICD_CACHE");
   REQUIRE(files.size() == 2);
   CHECK(files[0].size() > 1000);
   CHECK(files[0] == files[1]);
 }
 
 TEST_CASE("hapt bake --explain: the costs, the valid interval, the choice of a cell") {
-  if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   write_mesh(folder.path() + "/t.off");
-  const std::string words = "bake t.off --unit 1 --explain";
-  ::setenv("HAPTICD_CACHE", (folder.path() + "/cache").c_str(), 1);
-  const Ran fresh = hapt(words, folder.path()), cached = hapt(words, folder.path());
-  const Ran brief = hapt("bake t.off --unit 1", folder.path());
-  ::unsetenv("HAPTICD_CACHE");
+  const std::string words = "HAPTICD_CACHE=$PWD/cache hapt bake t.off --unit 1";
+  const Ran fresh = shell(words + " --explain", folder.path());
+  const Ran cached = shell(words + " --explain", folder.path());
+  const Ran brief = shell(words, folder.path());
   INFO(fresh.output);
   CHECK(fresh.code == 0);
   for (const char* part :
@@ -75,29 +81,7 @@ TEST_CASE("hapt bake --explain: the costs, the valid interval, the choice of a c
   CHECK(hapt("bake missing.off --explain", folder.path()).code != 0);
 }
 
-TEST_CASE("hapt without its lab says what is missing and goes on with everything else") {
-  if (!programs_are_built()) return;
-  const TemporaryRuntimeFolder folder;
-  const std::filesystem::path alone = std::filesystem::path(folder.path()) / "bin" / "hapt";
-  std::filesystem::create_directory(alone.parent_path());
-  std::filesystem::copy_file(test::program_folder() / "hapt", alone);
-  for (const char* words :
-       {"bench ring", "bench --help", "--help eval", "selftest", "torture", "zwidth"}) {
-    const Ran ran = test::shell("./bin/hapt " + std::string(words), folder.path());
-    INFO(ran.output);
-    CHECK(ran.code == 1);
-    CHECK(lines(ran.output) == 1);
-    CHECK(has(ran.output, "hapt: "));
-    CHECK(has(ran.output, "/bin/hapt-lab: cannot be started"));
-  }
-  const Ran help = test::shell("./bin/hapt --help", folder.path());
-  CHECK(help.code == 0);
-  CHECK(has(help.output, "  torture  "));
-  CHECK(test::shell("./bin/hapt bake --help", folder.path()).code == 0);
-}
-
 TEST_CASE("hapt zwidth, passivity, bode: rows as JSON, and a drawing") {
-  if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   for (const char* words : {"zwidth --damping 0 --hand none --friction 0 --encoder 0",
                             "passivity --stiffness 500", "bode --periods 1 --delay 1"}) {
@@ -119,60 +103,45 @@ TEST_CASE("hapt zwidth, passivity, bode: rows as JSON, and a drawing") {
   CHECK(hapt("zwidth --turning", folder.path()).code == 2);
 }
 
-TEST_CASE("hapt bench segment: every row on a tiny mesh, and what was left out") {
-  if (!programs_are_built()) return;
+TEST_CASE("hapt bench segment, bake: every row on a tiny mesh, and what was left out") {
   const TemporaryRuntimeFolder folder;
-  ::setenv("HAPTICD_MESHES", folder.path().c_str(), 1);
-  const Ran ran =
-      hapt("bench segment --mesh bump:4 --mesh bunny --segments 300 --rounds 1 --checked 50 --json",
-           folder.path());
-  ::unsetenv("HAPTICD_MESHES");
-  INFO(ran.output);
-  check_told(ran);
-  CHECK(figure(ran.output, "triangles") == 320);
+  const Ran segment = shell(
+      "HAPTICD_MESHES=$PWD hapt bench segment --mesh bump:4 --mesh bunny --segments 300 --rounds 1 "
+      "--checked 50 --json",
+      folder.path());
+  INFO(segment.output);
+  check_told(segment);
+  CHECK(figure(segment.output, "triangles") == 320);
   for (const char* wrong :
        {"missed, against brute force", "extra, against brute force", "another hit than brute force",
         "different between the five searches"}) {
     CAPTURE(wrong);
-    CHECK(figure(ran.output, wrong) == 0);
+    CHECK(figure(segment.output, wrong) == 0);
   }
-  for (const char* column : {"grid", "tree", "naive"}) {
-    for (const char* which : {"hits", "misses", "all"}) {
-      CAPTURE(column, which);
-      const std::string ratio = std::string(column) + " : hybrid, " + which;
-      CHECK(figure(ran.output, ratio + ", mean") > 0);
-      CHECK(figure(ran.output, ratio + ", worst") > 0);
+  for (const std::string column : {"grid", "tree", "naive"}) {
+    for (const std::string which : {"hits", "misses", "all"}) {
+      const std::string ratio = column + " : hybrid, " + which;
+      check_rows(segment, {ratio + ", mean", ratio + ", worst"});
     }
   }
-  CHECK(figure(ran.output, "sweep, cheapest cell") > 0);
-  CHECK(figure(ran.output, "with witness p50") > 0);
+  check_rows(segment, {"sweep, cheapest cell", "with witness p50"});
   // a peer is measured or listed as left out, and so is a missing mesh
-  for (const char* peer : {"Embree 3 robust", "CGAL AABB tree", "Bullet"})
-    CHECK(has(ran.output, peer));
-  CHECK(has(ran.output, "LEFT OUT: "));
+  for (const char* said : {"Embree 3 robust", "CGAL AABB tree", "Bullet", "LEFT OUT: "})
+    CHECK(has(segment.output, said));
   CHECK(hapt("bench segment --mesh nonsense", folder.path()).code != 0);
-}
 
-TEST_CASE("hapt bench bake: build, size and mapping of a tiny mesh") {
-  if (!programs_are_built()) return;
-  const TemporaryRuntimeFolder folder;
-  ::setenv("HAPTICD_CACHE", folder.path().c_str(), 1);
-  const Ran ran = hapt("bench bake --n 8 --rounds 1 --json", folder.path());
-  ::unsetenv("HAPTICD_CACHE");
-  INFO(ran.output);
-  check_told(ran);
-  CHECK(figure(ran.output, "triangles") == 128);
-  for (const char* row : {"trees and grid built", "trees and grid built, CPU of both threads",
-                          "trees and grid, bytes a triangle", "size in the cache",
-                          "mapped from the cache and checked"}) {
-    CAPTURE(row);
-    CHECK(figure(ran.output, row) > 0);
-  }
+  const Ran bake =
+      shell("HAPTICD_CACHE=$PWD hapt bench bake --n 8 --rounds 1 --json", folder.path());
+  INFO(bake.output);
+  check_told(bake);
+  CHECK(figure(bake.output, "triangles") == 128);
+  check_rows(bake, {"trees and grid built", "trees and grid built, CPU of both threads",
+                    "trees and grid, bytes a triangle", "size in the cache",
+                    "mapped from the cache and checked"});
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 
 TEST_CASE("hapt bench point-proxy: a contact step on a tiny mesh allocates nothing") {
-  if (!programs_are_built()) return;
 #if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
   WARN("SKIPPED: rt_guard and a sanitizer interpose the same functions");
   return;
@@ -187,7 +156,6 @@ TEST_CASE("hapt bench point-proxy: a contact step on a tiny mesh allocates nothi
 }
 
 TEST_CASE("hapt bench voxel: every row on tiny maps") {
-  if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   const Ran ran = hapt(
       "bench voxel --side 24 --points 500 --coarse 4 --fine 8 --rounds 1 "
@@ -195,23 +163,18 @@ TEST_CASE("hapt bench voxel: every row on tiny maps") {
       folder.path());
   INFO(ran.output);
   check_told(ran);
-  for (const char* order : {"ordered", "shuffled"}) {
-    for (const char* row : {"points", "points not free", "scalar", "512-tree, scalar",
-                            "512-tree over map, scalar", "scalar over its ceiling"}) {
-      CAPTURE(order, row);
-      CHECK(figure(ran.output, std::string("24³, 500 points, ") + order + ", " + row) > 0);
-    }
+  for (const std::string order : {"24³, 500 points, ordered, ", "24³, 500 points, shuffled, "}) {
+    check_rows(ran, {order + "points", order + "points not free", order + "scalar",
+                     order + "512-tree, scalar", order + "512-tree over map, scalar",
+                     order + "scalar over its ceiling"});
     // SIMD is measured or listed as left out
-    CHECK(has(ran.output, std::string("24³, 500 points, ") + order + ", lanes"));
+    CHECK(has(ran.output, order + "lanes"));
   }
-  for (const char* row :
-       {"24³, map", "24³, 512-tree", "24³, dense", "320 triangles", "1280 triangles",
-        "many over few triangles", "2 mm off, tested a tick, tree alone",
-        "5 mm off, fewer points by coherence", "peg in hole, points", "peg in hole, CPU p99",
-        "peg in hole, points touching max", "peg in hole, budget for 0.8 ms"}) {
-    CAPTURE(row);
-    CHECK(figure(ran.output, row) > 0);
-  }
+  check_rows(ran,
+             {"24³, map", "24³, 512-tree", "24³, dense", "320 triangles", "1280 triangles",
+              "many over few triangles", "2 mm off, tested a tick, tree alone",
+              "5 mm off, fewer points by coherence", "peg in hole, points", "peg in hole, CPU p99",
+              "peg in hole, points touching max", "peg in hole, budget for 0.8 ms"});
   // a peer is measured or listed as left out
   CHECK(has(ran.output, "FCL"));
   CHECK(figure(ran.output, "peg in hole, deep, points over the budget") == 0);

@@ -97,7 +97,6 @@ void prepare(const std::string& folder) {
 }  // namespace
 
 TEST_CASE("messages: no word on a command line or in the environment reaches the terminal raw") {
-  if (!test::programs_are_built()) return;
   const test::TemporaryRuntimeFolder folder;
   prepare(folder.path());
   for (const std::string& line : kLines) {
@@ -115,18 +114,7 @@ TEST_CASE("messages: no word on a command line or in the environment reaches the
   }
 }
 
-TEST_CASE("messages: a name that a person can read is shown as it is") {
-  if (!test::programs_are_built()) return;
-  const test::TemporaryRuntimeFolder folder;
-  for (const std::string line : {"hapt bake", "hapticd", "hapt export", "hapt demo --config"}) {
-    const Ran ran = shell(line + " 'Schädel 頭蓋骨.stl'", folder.path());
-    CAPTURE(line, ran.output);
-    CHECK(has(ran.output, "Schädel 頭蓋骨.stl"));
-  }
-}
-
 TEST_CASE("messages: what stands in a file reaches the terminal escaped and cut") {
-  if (!test::programs_are_built()) return;
   const test::TemporaryRuntimeFolder folder;
   const std::string head =
       "[session]\nname = \"x\"\n[device]\nkind = \"replay\"\n[device.replay]\npath = \"x.csv\"\n";
@@ -178,10 +166,9 @@ TEST_CASE("messages: what stands in a file reaches the terminal escaped and cut"
 }
 
 TEST_CASE("messages: the control socket answers in one printable line, and so does the log") {
-  if (!test::programs_are_built()) return;
   const test::TemporaryRuntimeFolder folder;
   const bool json = GENERATE(false, true);
-  std::vector<std::string> words{test::from_source("configs/plane.toml"), "--session", "asked"};
+  std::vector<std::string> words{write_quiet_config(folder.path()), "--session", "asked"};
   if (json) words.emplace_back("--log-json");
   test::HapticdProcess hapticd(words, folder.path());
   test::Watcher watcher("asked");
@@ -203,14 +190,13 @@ TEST_CASE("messages: the control socket answers in one printable line, and so do
 }
 
 TEST_CASE("messages: what a child of hapticd says is one printable line of its log") {
-  if (!test::programs_are_built()) return;
   const test::TemporaryRuntimeFolder folder;
   const test::Programs programs(folder.path());
   programs.replace("haptic-contact",
                    "printf 'haptic-contact: \\033[2J\\302\\2331m\\177 \\377 red\\r\\n' >&2\n"
                    "head -c 5000 /dev/zero | tr '\\0' A >&2\nexit 2");
   const std::string option = GENERATE(as<std::string>(), "", "--log-json");
-  std::vector<std::string> words{test::from_source("configs/plane.toml"), "--session", "child"};
+  std::vector<std::string> words{write_quiet_config(folder.path()), "--session", "child"};
   if (!option.empty()) words.push_back(option);
   test::HapticdProcess hapticd(words, folder.path());
   CHECK(hapticd.exit_code() == 2);
