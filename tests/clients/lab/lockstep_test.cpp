@@ -109,10 +109,8 @@ TEST_CASE("lockstep: a rigid peg in its hole feels the same by both solvers of i
 
 TEST_CASE("lockstep: recorded human hand against a wall, every sample, bit-identical", "[lab]") {
   const std::string name = GENERATE("m2_question1c_rigid.csv", "question1a_rigid.csv");
-  const auto path = haptic::test::find_data("tue-1dof-bilateral/" + name);
-  if (!path) return;
   SessionConfig config = haptic::load_config(kConfigs + "lever.toml");
-  haptic::use_trace(config, *path);
+  haptic::use_trace(config, data_file("tue-1dof-bilateral/" + name));
   config.safety.soft_start = 0;
   const auto trace = haptic::load_hand_trace(config.device.replay);
   Stage stage(config);

@@ -94,6 +94,11 @@ Stamp stamp_of(const ServoFrame& frame) {
   return {frame.t_ns, frame.realtime_ns, frame.tick};
 }
 
+bool write_tick(TraceWriter& trace, uint64_t tick) {
+  const ServoFrame frame = frame_of(tick);
+  return trace.write(servo_topic(kFirstHand), frame, stamp_of(frame));
+}
+
 /// Ticks 1, 2, 3, … as written, and nothing else.
 uint64_t count_whole(const std::string& path) {
   uint64_t tick = 0;
@@ -229,12 +234,10 @@ TEST_CASE("trace: a killed writer loses nothing that was flushed") {
   REQUIRE(child >= 0);
   if (child == 0) {
     TraceWriter trace(path, {});
-    for (uint64_t tick = 1; tick <= kFlushed; ++tick) {
-      trace.write(servo_topic(kFirstHand), frame_of(tick), stamp_of(frame_of(tick)));
-    }
+    for (uint64_t tick = 1; tick <= kFlushed; ++tick) write_tick(trace, tick);
     trace.flush();
     // these stay in the open chunk
-    trace.write(servo_topic(kFirstHand), frame_of(kFlushed + 1), stamp_of(frame_of(kFlushed + 1)));
+    write_tick(trace, kFlushed + 1);
     if (::write(ready[1], "x", 1) != 1) ::_exit(1);
     for (;;) ::pause();
   }
@@ -256,7 +259,7 @@ TEST_CASE("trace: a file cut at any byte gives the chunks before the cut and no 
   {
     TraceWriter trace(path, {});
     for (uint64_t tick = 1; tick <= 5; ++tick) {
-      trace.write(servo_topic(kFirstHand), frame_of(tick), stamp_of(frame_of(tick)));
+      write_tick(trace, tick);
       trace.flush();
       ends.push_back(trace.size());
     }
@@ -299,7 +302,7 @@ TEST_CASE("trace: random damage anywhere never crashes the reader") {
   {
     TraceWriter trace(path, recording_metadata("s", ""));
     for (uint64_t tick = 1; tick <= 50; ++tick) {
-      trace.write(servo_topic(kFirstHand), frame_of(tick), stamp_of(frame_of(tick)));
+      write_tick(trace, tick);
       if (tick % 10 == 0) trace.flush();
     }
   }
@@ -330,8 +333,7 @@ TEST_CASE("trace: at a limit of the file size the recording ends whole and says 
     TraceWriter trace(path, {});
     uint64_t tick = 1;
     for (; tick < 100'000; ++tick) {
-      ServoFrame frame = frame_of(tick);
-      if (!trace.write(servo_topic(kFirstHand), frame, stamp_of(frame)) || !trace.flush()) break;
+      if (!write_tick(trace, tick) || !trace.flush()) break;
     }
     const bool told = trace.error().find("the file is complete") != std::string::npos &&
                       trace.error().find('\n') == std::string::npos;
@@ -535,10 +537,7 @@ TEST_CASE("csv: a lever angle becomes a position along the axis") {
 }
 
 TEST_CASE("csv: the recordings of a real lever load whole") {
-  const auto lever = test::find_data("tue-1dof-bilateral/m2_question1c_rigid.csv");
-  const auto rim = test::find_data("epfl-wiping/wipe_rim_1.csv");
-  if (!lever || !rim) return;
-  ReplayConfig config = replay_of(*lever);
+  ReplayConfig config = replay_of(test::data_file("tue-1dof-bilateral/m2_question1c_rigid.csv"));
   assign(config.column, "master_rad");
   config.lever_arm = 0.075;
   const HandTrace trace = load_hand_trace(config);
@@ -548,7 +547,7 @@ TEST_CASE("csv: the recordings of a real lever load whole") {
   CHECK(trace.samples.front().X_BH.p == Vec3{0.075 * -0.07026696, 0, 0});
   CHECK(trace.samples.size() == static_cast<size_t>(trace.duration() * 2000 + 1.5));
 
-  const HandTrace wipe = load_hand_trace(replay_of(*rim));
+  const HandTrace wipe = load_hand_trace(replay_of(test::data_file("epfl-wiping/wipe_rim_1.csv")));
   CHECK(wipe.samples.front().X_BH.p == Vec3{-0.437303, -0.0395946, 0.644698});
 }
 
