@@ -42,22 +42,6 @@ std::string distrust_of(const std::string& path) {
   return {};
 }
 
-/// An environment variable that is back after the test.
-class WithoutVariable {
- public:
-  explicit WithoutVariable(const char* name) : name_(name), before_(environment(name)) {
-    unsetenv(name);
-  }
-  ~WithoutVariable() {
-    if (!before_.empty()) setenv(name_, before_.c_str(), 1);
-  }
-  WithoutVariable(const WithoutVariable&) = delete;
-
- private:
-  const char* name_;
-  std::string before_;
-};
-
 bool may_give_away() {
   if (geteuid() == 0) return true;
   WARN("SKIPPED: only root can give a file away");
@@ -127,7 +111,7 @@ TEST_CASE("cache: a link in the place of the file is replaced, what it points to
 }
 
 TEST_CASE("cache: without a home its folder is no known name of root's in /tmp") {
-  const WithoutVariable own("HAPTICD_CACHE"), xdg("XDG_CACHE_HOME"), home("HOME");
+  const test::Environment own("HAPTICD_CACHE"), xdg("XDG_CACHE_HOME"), home("HOME");
   const std::string folder = fs::path(cache_path(1)).parent_path();
   CAPTURE(folder);
   if (geteuid() == 0) {

@@ -22,10 +22,8 @@ class Cube {
  public:
   explicit Cube(double edge, const std::string& name = "cube.off")
       : path_(folder_.path() + "/" + name) {
-    ::setenv("HAPTICD_CACHE", (folder_.path() + "/cache").c_str(), 1);
     std::ofstream(path_) << test::as_off(make_box({edge, edge, edge}));
   }
-  ~Cube() { ::unsetenv("HAPTICD_CACHE"); }
 
   double size_at(double unit, double size) const {
     ShapeConfig object;
@@ -44,7 +42,7 @@ class Cube {
   }
 
  private:
-  test::TemporaryFolder folder_;
+  test::TemporaryCache folder_;
   std::string path_;
 };
 

@@ -19,11 +19,8 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A folder for the cache.
 struct Cache {
-  TemporaryFolder folder;
-  Cache() { ::setenv("HAPTICD_CACHE", folder.path().c_str(), 1); }
-  ~Cache() { ::unsetenv("HAPTICD_CACHE"); }
+  TemporaryCache folder;
   std::vector<std::filesystem::path> files() const {
     std::vector<std::filesystem::path> found;
     for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {

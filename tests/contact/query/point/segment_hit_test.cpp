@@ -100,22 +100,15 @@ TEST_CASE("segment hit: the tree finds what brute force finds") {
   compare_with_brute_force(build_shape(make_degenerate_soup(4, 400)), 4, trials(8000));
   // closely spaced sheets: the first hit hides many
   Soup sheets;
-  for (int k = 0; k < 30; ++k) {
-    const Soup grid = make_grid(0.05, 4);
-    const auto first = static_cast<uint32_t>(sheets.vertices.size());
-    for (const Vec3& v : grid.vertices) sheets.vertices.push_back(v + Vec3{0, 0, 0.001 * k});
-    for (const auto& [a, b, c] : grid.triangles) {
-      sheets.triangles.push_back({first + a, first + b, first + c});
-    }
-  }
+  for (int k = 0; k < 30; ++k) append(sheets, make_grid(0.05, 4), {0, 0, 0.001 * k});
   compare_with_brute_force(build_shape(sheets), 6, trials(8000));
   const Soup bunny = load_off("bunny00.off", 0.1);
   if (!bunny.triangles.empty()) compare_with_brute_force(build_shape(bunny), 5, trials(300));
 }
 
 TEST_CASE("segment hit: on three meshes the cells and the tree find what brute force finds") {
-  // HAPTIC_TORTURE_SCALE=500 makes it 10^6 segments a mesh
-  const size_t n = sweep(2000);
+  // HAPTIC_TORTURE_SCALE=250 makes it 10^6 segments a mesh
+  const size_t n = sweep(4000);
   Soup waves = make_grid(0.05, 12);
   for (Vec3& v : waves.vertices) v.z = 0.01 * std::sin(90 * v.x) * std::cos(70 * v.y);
   for (const Soup& soup : {make_icosphere(0.05, 2), waves, make_degenerate_soup(6, 300)}) {
@@ -132,6 +125,9 @@ TEST_CASE("segment hit: on three meshes the cells and the tree find what brute f
       const Vec3 from = i % 10 == 0 ? random.near_mesh(shape.mesh.view()) : before;
       const Vec3 to = i % 10 == 0 ? random.near_mesh(shape.mesh.view()) : aim;
       before = aim;
+      // at times with the warm start of another mesh
+      if (i % 97 == 0) witness.triangle = static_cast<uint32_t>(random.index(1u << 31));
+      if (i % 89 == 0) witness.slot = random.index(2 * shape.view().grid.slots.size());
       const SegmentHit slow = brute_hit(shape.mesh.view(), from, to);
       CAPTURE(i, from, to, slow.t, slow.triangle);
       REQUIRE(same(first_hit(shape.view(), from, to, witness), slow));
@@ -268,28 +264,4 @@ TEST_CASE("segment hit: the box test agrees with slab clipping up to its slack")
   unit.half = {1, 1, 1};
   CHECK(segment_meets_box({0.5, 0.5, 1}, {0.5, 0.5, 1}, unit));
   CHECK_FALSE(segment_meets_box({0.5, 0.5, 1.001}, {0.5, 0.5, 1.001}, unit));
-}
-
-TEST_CASE("segment hit: the witness changes no hit") {
-  // a probe dragged over the surface, sometimes elsewhere; also with the warm start of another mesh
-  for (const Soup& soup :
-       {make_icosphere(0.05, 4), make_grid(0.05, 20), make_degenerate_soup(5, 400)}) {
-    const MeshShapeData shape = build_shape(soup);
-    const MeshShape view = shape.view();
-    Random random(13);
-    SegmentWitness witness;
-    Vec3 base = random.on_surface(view.mesh);
-    for (size_t i = 0; i < trials(20000); ++i) {
-      base = i % 50 == 0 ? random.on_surface(view.mesh) : base + 0.0005 * random.direction();
-      const Vec3 from = base + 0.002 * random.direction(), to = base + 0.002 * random.direction();
-      if (i % 97 == 0) witness.triangle = static_cast<uint32_t>(random.index(1u << 31));
-      if (i % 89 == 0) witness.slot = random.index(2 * view.grid.slots.size());
-      const SegmentHit with = first_hit(view, from, to, witness),
-                       without = first_hit(view, from, to);
-      CAPTURE(i, from, to);
-      REQUIRE(with.hit == without.hit);
-      REQUIRE(with.t == without.t);
-      REQUIRE(with.triangle == without.triangle);
-    }
-  }
 }
