@@ -60,10 +60,8 @@ double figure(const std::vector<Row>& rows, const std::string& metric) {
 }
 
 std::vector<Row> short_form(QualityScene scene, size_t renderer) {
-  const TemporaryFolder cache;
-  ::setenv("HAPTICD_CACHE", cache.path().c_str(), 1);
+  const test::TemporaryCache cache;
   const QualityShapes shapes = bake_quality(scene, kCoarse);
-  ::unsetenv("HAPTICD_CACHE");
   return eval_quality(scene, quality_renderers()[renderer], shapes, kCoarse);
 }
 

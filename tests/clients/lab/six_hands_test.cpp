@@ -6,12 +6,10 @@
 
 #include "clients/lab/lockstep.h"
 #include "contact/bake/session.h"
-#include "device-io/hand/impedance.h"
 #include "device-io/sixmotors/six_motors.h"
 #include "tests/clients/lab/hand_energy.h"
 #include "tests/support/data.h"
 #include "tests/support/emulated_arm.h"
-#include "tests/support/torture_scale.h"
 
 namespace haptic {
 namespace {
@@ -41,26 +39,18 @@ EmulatedDeviceOptions device_in(const HandImpedance& hand, const Scene& scene) {
   options.hand.damping = 0.5;
   options.hand.coulomb_friction = 0.2;
   options.hand.inertia = 1e-4;
-  put_into_hand(hand, options.hand);
+  put_under(options.hand, hand);
   IntentConfig& intent = options.hand.intent;
   intent.centre_B = {2e-5, 0, 0};
   intent.direction_B = scene.direction_B;
   intent.hover_radius = scene.hover;
   intent.press_radius = scene.press;
   intent.stroke_angle = scene.angle;
-  intent.stroke_time = kStroke;
-  intent.tremor_amplitude = 0;
   intent.turn_angle = scene.turn;
   intent.turn_axis_B = scene.turn_axis_B;
   // the board is a second old when the session begins
   options.intention = [own = pausing(options.hand)](double t) { return own(t - 1); };
   return options;
-}
-
-/// All five by HAPTIC_TORTURE_SCALE=2, in CI the lightest that holds.
-std::vector<HandImpedance> hands() {
-  if (torture_scale() > 1) return {kHandImpedances.begin(), kHandImpedances.end()};
-  return {kHandImpedances[1]};
 }
 
 /// How far the wrench of a record's currents, at the pose that the server knew, is from what was
@@ -92,14 +82,8 @@ SixRun play(const SessionConfig& config, const ContactShapes& shapes, const Hand
     off = std::max(off, norm(miss.f));
     off_torque = std::max(off_torque, norm(miss.t));
     commanded_B = lockstep.frame().F_device_B;
-    const HandPlant& plant = device.board().plant();
-    run.accounts.push_back({plant.energy.device_work - plant.energy.device_loss,
-                            stored_in(config.coupling, commanded_B)});
-    run.kinetic.push_back(kinetic_energy(options.hand, plant));
-    run.touching += (lockstep.frame().flags & kServoContact) != 0;
+    run.note(config, options.hand, device.board().plant(), lockstep.frame());
     run.faults += (lockstep.frame().flags & kServoFault) != 0;
-    run.force = std::max(run.force, norm(commanded_B.f));
-    run.torque = std::max(run.torque, norm(commanded_B.t));
   }
   run.off = {{off, 0, 0}, {off_torque, 0, 0}};
   return run;
@@ -114,7 +98,7 @@ TEST_CASE("six motors: five hands feel force and torque through the bytes, and g
   config.device.max_damping = config.device.max_rotational_damping = 0;
   config.safety.soft_start = 0;
   const BakedSession baked = bake_session(config);
-  for (const HandImpedance& hand : hands()) {
+  for (const HandImpedance& hand : played_hands()) {
     CAPTURE(scene.file, hand.name);
     const SixRun run = play(config, baked.shapes(), hand, scene);
     CHECK(run.faults == 0);
