@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <deque>
 #include <functional>
@@ -151,6 +152,19 @@ inline Integrated integrate(HandModel hand, double stiffness, double mass, bool 
   }
   out.hand = hand.x, out.box = box;
   return out;
+}
+
+/// What a hand has given [N·s] is what the body has, and what nobody took up of it; returns that.
+inline double check_balance(Lockstep& lockstep, double mass, double given, double forgotten = 0) {
+  for (int k = 0; k < 5; ++k) lockstep.step();  // nothing touches any more
+  const SceneFrame& scene = lockstep.scene();
+  forgotten += lockstep.frame().forgotten_impulse_W.x + scene.responses[0].seen[0].forgotten_W.x;
+  const double has = mass * scene.V_WO[0].v.x;
+  CAPTURE(given, forgotten, has);
+  const double most = std::max({std::fabs(given), std::fabs(forgotten), std::fabs(has)});
+  REQUIRE(most > 1e-3);
+  CHECK(std::fabs(given - forgotten - has) <= 1e-9 * most);
+  return forgotten;
 }
 
 /// Root of the mean square of the difference from tick to tick.
