@@ -5,6 +5,7 @@
 #include <string>
 
 #include "proto/config/config.h"
+#include "tests/support/hostile_text.h"
 
 namespace haptic::test {
 
@@ -35,12 +36,7 @@ inline std::string scene_with(const std::string& old, const std::string& text) {
 
 /// The error message for this text; empty if it is accepted.
 inline std::string error_of(const std::string& text) {
-  try {
-    parse_config(text, "x.toml");
-    return "";
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
+  return refusal<ConfigError>([&] { parse_config(text, "x.toml"); });
 }
 
 /// A session of kScene with one line replaced.

@@ -87,7 +87,7 @@ TEST_CASE("eval: scanned and broken meshes never give NaN, never more than the l
   if (!path || (kSlowdown > 1 && name != "bones.off" && name != "pig.stl")) return;
   CAPTURE(name);
   const BakedShape mesh = bake_scan(*path, 0.15);
-  const uint64_t ticks = sweep(600) + 600;  // 3600 with HAPTIC_TORTURE_SCALE = 5
+  const uint64_t ticks = trials(3000) + 600;
   ScriptedHand hand(way_around(mesh.shape, 0, ticks));
   SessionConfig config = plain_session(kStiffness);
   config.safety.max_force = 6;

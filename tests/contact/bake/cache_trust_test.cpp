@@ -13,6 +13,7 @@
 
 #include "contact/bake/cache.h"
 #include "proto/os/environment.h"
+#include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -34,12 +35,7 @@ std::string write_text(const std::string& path, const std::string& text) {
 
 /// Why a cache is not believed; empty: it is.
 std::string distrust_of(const std::string& path) {
-  try {
-    map_cached(path);
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return {};
+  return test::refusal([&] { map_cached(path); });
 }
 
 bool may_give_away() {

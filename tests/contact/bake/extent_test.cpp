@@ -33,12 +33,7 @@ class Cube {
     return bake_object(object, kPlenty).report.size;
   }
   std::string problem_at(double unit, double size) const {
-    try {
-      size_at(unit, size);
-      return "";
-    } catch (const MeshError& error) {
-      return error.what();
-    }
+    return test::refusal<MeshError>([&] { size_at(unit, size); });
   }
 
  private:

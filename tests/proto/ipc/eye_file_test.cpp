@@ -13,6 +13,7 @@
 #include <string>
 
 #include "proto/ipc/sealed_file.h"
+#include "tests/support/hostile_text.h"
 
 namespace haptic {
 namespace {
@@ -43,12 +44,7 @@ Bytes by_hand() {
 }
 
 std::string problem_of(const Bytes& bytes) {
-  try {
-    view_eye(bytes);
-    return "";
-  } catch (const EyeError& error) {
-    return error.what();
-  }
+  return test::refusal<EyeError>([&] { view_eye(bytes); });
 }
 
 template <typename T>

@@ -246,7 +246,7 @@ TEST_CASE(
   const TemporaryRuntimeFolder folder;
   const std::string path = folder.path() + "/locked.lock";
   const auto message = [] {
-    return test::message_of([] { const HandoutServer second("locked"); });
+    return test::refusal<HandoutError>([] { const HandoutServer second("locked"); });
   };
   {
     const HandoutServer server("locked");

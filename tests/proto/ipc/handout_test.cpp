@@ -23,7 +23,7 @@ namespace haptic {
 namespace {
 
 using test::contains;
-using test::message_of;
+using test::refusal;
 using test::serve_until;
 using test::TemporaryRuntimeFolder;
 using SimRing = RingSource<&SimChannels::frames>;
@@ -421,7 +421,7 @@ TEST_CASE("handout: a client that leaves is forgotten, one that is told so knows
 TEST_CASE("handout: a second server of the same name is told which process is in the way") {
   const TemporaryRuntimeFolder folder;
   auto first = std::make_unique<HandoutServer>("twin");
-  const std::string what = message_of([] { const HandoutServer second("twin"); });
+  const std::string what = refusal<HandoutError>([] { const HandoutServer second("twin"); });
   CHECK(contains(what, "'twin' runs already"));
   CHECK(contains(what, "pid " + std::to_string(getpid())));
   CHECK(contains(what, "--session"));
@@ -450,17 +450,17 @@ TEST_CASE("handout: the socket a killed server left behind is replaced") {
 
 TEST_CASE("handout: a client that finds no session is told what runs and how to start one") {
   const TemporaryRuntimeFolder folder;
-  CHECK(contains(message_of([] { connect_session("absent"); }),
+  CHECK(contains(refusal<HandoutError>([] { connect_session("absent"); }),
                  "no session 'absent' is running (looked in "));
-  CHECK(contains(message_of([] { connect_session(""); }), "hapticd CONFIG.toml"));
+  CHECK(contains(refusal<HandoutError>([] { connect_session(""); }), "hapticd CONFIG.toml"));
   const HandoutServer one("one");
   CHECK_NOTHROW(connect_session(""));
   const HandoutServer two("two");
-  const std::string what = message_of([] { connect_session("absent"); });
+  const std::string what = refusal<HandoutError>([] { connect_session("absent"); });
   CHECK(contains(what, "no session 'absent'"));
   CHECK(contains(what, "running: one, two"));
   CHECK(contains(what, "hapticd CONFIG.toml --session absent"));
-  CHECK(contains(message_of([] { connect_session(""); }),
+  CHECK(contains(refusal<HandoutError>([] { connect_session(""); }),
                  "several sessions are running (one, two); choose one, as --session one"));
 }
 
@@ -468,20 +468,23 @@ TEST_CASE("handout: names that are no file names are refused") {
   const TemporaryRuntimeFolder folder;
   const std::string name =
       GENERATE("", "../up", "a b", "a/b", "0123456789012345678901234567890123");
-  CHECK(contains(message_of([&] { const HandoutServer server(name); }), "cannot be the name"));
+  CHECK(contains(refusal<HandoutError>([&] { const HandoutServer server(name); }),
+                 "cannot be the name"));
 }
 
 TEST_CASE("handout: a runtime folder of somebody else is refused") {
   const TemporaryRuntimeFolder folder;
   chmod(folder.path().c_str(), 0777);
-  CHECK(contains(message_of([] { const HandoutServer server("x"); }), "written by others"));
+  CHECK(contains(refusal<HandoutError>([] { const HandoutServer server("x"); }),
+                 "written by others"));
   chmod(folder.path().c_str(), 0700);
   if (geteuid() != 0) {
     WARN("SKIPPED: only root can give a folder away");
     return;
   }
   REQUIRE(chown(folder.path().c_str(), 65534, 65534) == 0);
-  CHECK(contains(message_of([] { const HandoutServer server("x"); }), "belongs to user 65534"));
+  CHECK(contains(refusal<HandoutError>([] { const HandoutServer server("x"); }),
+                 "belongs to user 65534"));
   REQUIRE(chown(folder.path().c_str(), 0, 0) == 0);
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "proto/ipc/handout.h"
+#include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic::test {
@@ -41,16 +42,6 @@ bool serve_until(HandoutServer& server, Condition holds) {
 struct Served : TemporaryRuntimeFolder, HandoutServer {
   explicit Served(const std::string& session) : HandoutServer(session) {}
 };
-
-/// The message of the HandoutError that this throws.
-inline std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const HandoutError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
