@@ -2,7 +2,6 @@
 #include "clients/eval/ruffaldi.h"
 
 #include <catch2/catch.hpp>
-#include <numeric>
 
 #include "clients/eval/renderer.h"
 #include "tests/support/hostile_text.h"

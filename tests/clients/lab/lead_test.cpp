@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A whole session in lockstep whose simulated hand is led.
-#include <cmath>
 #include <memory>
 
 #include "clients/lab/lockstep.h"

@@ -2,7 +2,6 @@
 // Five hands hold an emulated device with six motors, through its bytes and on virtual time: the
 // board's plant is judged, by the work of its own steps and by its motion.
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "clients/lab/lockstep.h"
 #include "contact/bake/session.h"

@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <sstream>
 
 #include "contact/bake/inside.h"
 #include "contact/query/point/closest_point.h"

@@ -2,7 +2,6 @@
 #include "contact/bake/pieces.h"
 
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>

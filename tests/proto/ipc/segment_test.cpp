@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "proto/ipc/segment.h"
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cerrno>
-#include <optional>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include "tests/proto/ipc/segment_image.h"
 

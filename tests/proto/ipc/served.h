@@ -3,7 +3,6 @@
 
 #include <poll.h>
 
-#include <functional>
 #include <string>
 
 #include "proto/ipc/handout.h"

@@ -112,14 +112,14 @@ uint64_t count_whole(const std::string& path) {
   return tick;
 }
 
-std::string error_of(const ReplayConfig& config) {
-  return test::refusal([&] { load_hand_trace(config); });
-}
-
 ReplayConfig replay_of(const std::string& path) {
   ReplayConfig config;
   assign(config.path, path);
   return config;
+}
+
+std::string error_of(const std::string& path) {
+  return test::refusal([&] { load_hand_trace(replay_of(path)); });
 }
 
 }  // namespace
@@ -471,27 +471,26 @@ TEST_CASE("csv: mistakes are told with file and line") {
       {"t_s,x_m,y_m,z_m\n", ": holds 0 samples of the hand"},
   }));
   const std::string path = written("bad.csv", text);
-  const std::string error = error_of(replay_of(path));
+  const std::string error = error_of(path);
   CHECK_THAT(error, Catch::StartsWith(path + says));
   CHECK(error.find('\n') == std::string::npos);
 }
 
 TEST_CASE("csv: what is no recording at all is said to be none") {
   const std::string folder = fs::path(fresh_file("folder")).parent_path().string();
-  CHECK(error_of(replay_of(folder)) == folder + ": is a folder; name a recording (.mcap or .csv)");
+  CHECK(error_of(folder) == folder + ": is a folder; name a recording (.mcap or .csv)");
   // an MCAP file is recognised by its content, not by its name
   const std::string path = written("renamed.csv", std::string("\x89MCAP0\r\n", 8) + "rest");
-  CHECK_THAT(error_of(replay_of(path)), !Catch::Contains("has no column"));
-  CHECK_THAT(error_of(replay_of(written("lever.csv", "t_s,lever_rad\n0,0\n1,1\n"))),
+  CHECK_THAT(error_of(path), !Catch::Contains("has no column"));
+  CHECK_THAT(error_of(written("lever.csv", "t_s,lever_rad\n0,0\n1,1\n")),
              Catch::EndsWith("`column` in [device.replay], as configs/lever.toml does"));
 }
 
 TEST_CASE("csv: holes are not refused") {
-  const ReplayConfig config =
-      replay_of(written("gaps.csv",
-                        "t_s,x_m,y_m,z_m\r\n0,0,0,0\r\n0.01,1,0,0\r\n0.05,2,0,0\r\n"
-                        "0.06,3,0,0\r\n0.2,4,0,0\r\n"));
-  const HandTrace trace = load_hand_trace(config);
+  const HandTrace trace =
+      load_hand_trace(replay_of(written("gaps.csv",
+                                        "t_s,x_m,y_m,z_m\r\n0,0,0,0\r\n0.01,1,0,0\r\n0.05,2,0,0\r\n"
+                                        "0.06,3,0,0\r\n0.2,4,0,0\r\n")));
   REQUIRE(trace.samples.size() == 5);
   CHECK(trace.samples[2].t_ns == 50'000'000);
 }

@@ -37,19 +37,17 @@ struct Kinds {
   Kinds() { REQUIRE(mkfifo(pipe.c_str(), 0600) == 0); }
 };
 
-ReplayConfig replay_of(const std::string& path) {
-  ReplayConfig config;
-  assign(config.path, path);
-  return config;
-}
-
 }  // namespace
 
 TEST_CASE("files: a pipe, a device, a socket and a folder are no recording, config or table") {
   const Kinds kinds;
   const std::vector<std::function<void(const std::string&)>> readers{
       [](const std::string& path) { load_config(path); },
-      [](const std::string& path) { load_hand_trace(replay_of(path)); },
+      [](const std::string& path) {
+        ReplayConfig config;
+        assign(config.path, path);
+        load_hand_trace(config);
+      },
       [](const std::string& path) { CsvReader reader(path); },
       [](const std::string& path) { McapReader reader(path); },
       [](const std::string& path) { read_height_image(path); }};

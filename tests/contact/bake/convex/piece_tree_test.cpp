@@ -5,7 +5,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
-#include <numeric>
 
 #include "contact/bake/piece_files.h"
 #include "contact/shape/mesh/machine_parts.h"

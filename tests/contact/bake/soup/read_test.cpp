@@ -3,7 +3,6 @@
 #include "contact/bake/soup/read.h"
 
 #include <catch2/catch.hpp>
-#include <functional>
 
 #include "contact/bake/bake.h"
 #include "tests/support/hostile_text.h"

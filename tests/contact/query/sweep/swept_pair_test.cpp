@@ -2,7 +2,6 @@
 #include "contact/query/sweep/swept_pair.h"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <limits>
 
 #include "tests/support/feature_queries.h"

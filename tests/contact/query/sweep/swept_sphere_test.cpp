@@ -40,20 +40,21 @@ double distance_at(const MeshShape& shape, const SweptSphere& s, double t) {
 TEST_CASE("swept sphere: face, edge and vertex of a box by closed form", "[contact]") {
   const MeshShapeData box = build_shape(make_box({2, 2, 2}));
   const double r = 0.25;
-  SegmentHit hit = first_sphere_hit(box.view(), {{0.3, 0.2, 3}, {0.3, 0.2, 0}, r});
-  REQUIRE(hit.hit);
-  CHECK(std::fabs(hit.t - (2 - r) / 3) <= tol(1e-15));
-  // straight at the edge x = z = 1, and off its middle plane
-  hit = first_sphere_hit(box.view(), {{2, 0.1, 2}, {0, 0.1, 0}, r});
-  REQUIRE(hit.hit);
-  CHECK(std::fabs(hit.t - (std::sqrt(2.0) - r) / std::sqrt(8.0)) <= tol(1e-15));
-  hit = first_sphere_hit(box.view(), {{3, 0.1, 1.15}, {0, 0.1, 1.15}, r});
-  REQUIRE(hit.hit);
-  CHECK(std::fabs(hit.t - (2 - std::sqrt(r * r - 0.15 * 0.15)) / 3) <= tol(1e-15));
-  // the vertex (1, 1, 1)
-  hit = first_sphere_hit(box.view(), {{2, 2, 2}, {0, 0, 0}, r});
-  REQUIRE(hit.hit);
-  CHECK(std::fabs(hit.t - (std::sqrt(3.0) - r) / std::sqrt(12.0)) <= tol(1e-15));
+  struct Row {
+    Vec3 from, to;
+    double t;
+  };
+  // straight at the edge x = z = 1, and off its middle plane; at the vertex (1, 1, 1)
+  const std::vector<Row> rows{
+      {{0.3, 0.2, 3}, {0.3, 0.2, 0}, (2 - r) / 3},
+      {{2, 0.1, 2}, {0, 0.1, 0}, (std::sqrt(2.0) - r) / std::sqrt(8.0)},
+      {{3, 0.1, 1.15}, {0, 0.1, 1.15}, (2 - std::sqrt(r * r - 0.15 * 0.15)) / 3},
+      {{2, 2, 2}, {0, 0, 0}, (std::sqrt(3.0) - r) / std::sqrt(12.0)}};
+  for (const Row& row : rows) {
+    const SegmentHit hit = first_sphere_hit(box.view(), {row.from, row.to, r});
+    CHECK(hit.hit);
+    CHECK(std::fabs(hit.t - row.t) <= tol(1e-15));
+  }
   CHECK_FALSE(first_sphere_hit(box.view(), {{3, 0, 1.2501}, {-3, 0, 1.2501}, r}).hit);
   CHECK_FALSE(first_sphere_hit(box.view(), {{0, 0, 3}, {0, 0, 3}, r}).hit);
 }
