@@ -14,6 +14,7 @@
 #include "contact/query/sweep/swept_mesh.h"
 #include "proto/config/command_line.h"
 #include "proto/os/environment.h"
+#include "proto/os/source_tree.h"
 
 namespace haptic {
 namespace {
@@ -28,7 +29,7 @@ constexpr double kMedianGoal = 100e-9, kWorstGoal = 100e-6;          // of a que
 constexpr double kImpactMedianGoal = 0.3e-3, kImpactP99Goal = 1e-3;  // of an impact [s]
 
 struct Options {
-  std::string queries;  // folder of ground truth; skipped if empty or absent
+  std::string queries;  // folder of ground truth; empty: the part of it in tests/data
   size_t hand_scale = 20000;
   size_t motions = 200;  // of the tori
   int rounds = 1;
@@ -76,10 +77,13 @@ void add_times(Rows& rows, const Contestant& c, const std::vector<CcdQuery>& que
 }
 
 void bench_truth(Rows& rows, const Options& options) {
-  const std::vector<CcdFile> files = read_ccd_queries(options.queries);
+  const std::string folder = options.queries.empty()
+                                 ? (source_tree() / "tests/data/ccd-queries").string()
+                                 : options.queries;
+  const std::vector<CcdFile> files = read_ccd_queries(folder);
   if (files.empty()) {
-    rows.note("ground truth", "LEFT OUT: no queries in '" + options.queries +
-                                  "'; give their folder with --queries");
+    rows.note("ground truth",
+              "LEFT OUT: no queries in '" + folder + "'; give their folder with --queries");
     return;
   }
   Tally session_all, capped_all, uncapped_all, intervals_all, fcl_all, newton_all;
@@ -290,7 +294,7 @@ BenchRun bench_ccd(Command& command) {
     options->queries = data + "/ccd-queries";
   }
   command.option("--queries FOLDER", options->queries, "folder of ground-truth queries")
-      .show_default();
+      .show_default("those of tests/data");
   command.option("--motions", options->motions, "of the two tori").range(1, 100000).show_default();
   return run_rounds(options, all_rows);
 }

@@ -17,7 +17,6 @@
 #include "contact/shape/mesh/machine_parts.h"
 #include "proto/math/motion_metric.h"
 #include "proto/os/environment.h"
-#include "proto/os/source_tree.h"
 #include "proto/wire/look_ahead.h"
 
 namespace haptic {
@@ -103,9 +102,9 @@ Pair peg_in_hole() {
 }
 
 BakedShape jaw(const std::string& file) {
-  const std::string own = environment("HAPTICD_DATA");
+  const std::string data = environment("HAPTICD_DATA");
+  if (data.empty()) throw MeshError("HAPTICD_DATA names no folder with meshes/chai3d/" + file);
   ShapeConfig shape;
-  const std::string data = own.empty() ? (source_tree() / "../shared/data").string() : own;
   assign(shape.mesh, data + "/meshes/chai3d/" + file);
   shape.unit = 0.2e-3;
   shape.allow_open = 1;

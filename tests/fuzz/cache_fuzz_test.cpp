@@ -3,9 +3,11 @@
 // content stays within the arrays and ends. docs/fuzzing.md has the counts of a long run.
 #include <array>
 #include <catch2/catch.hpp>
-#include <cstring>
+#include <functional>
 
+#include "contact/bake/convex/piece_tree.h"
 #include "contact/bake/volume.h"
+#include "contact/query/convex/piece_front.h"
 #include "contact/query/point/closest_point.h"
 #include "contact/query/point/segment_hit.h"
 #include "contact/query/point/triangles_within.h"
@@ -13,8 +15,10 @@
 #include "contact/query/volume/shell_in_field.h"
 #include "contact/query/volume/voxel_scan.h"
 #include "contact/shape/baked/file.h"
+#include "contact/shape/baked/pieces.h"
 #include "contact/shape/baked/volume.h"
 #include "tests/fuzz/cache_damage.h"
+#include "tests/support/convex/meshes.h"
 #include "tests/support/torture_scale.h"
 
 namespace haptic::test {
@@ -23,7 +27,6 @@ namespace {
 using namespace cache_damage;
 
 constexpr unsigned kSeconds = kSlowdown > 1 ? 20 : 2;  // CPU time limit of an input [s]
-constexpr size_t kShapeArrays = 20, kVolumeArrays = 14;
 
 Bytes shape_block() {
   const MeshShapeData shape = build_shape(make_icosphere(1, 2));
@@ -39,6 +42,12 @@ Bytes volume_block() {
       run_in_turn, [](double) {});
   const PointshellData shell = build_pointshell(shape.mesh.view(), 0.2);
   return write_volume({map.view(), field.view(), shell.view()}, kKey);
+}
+
+/// Of a body with a concave edge: two pieces and their hull.
+Bytes piece_block() {
+  const MeshShapeData shape = build_shape(make_l_shape(1, 0.5));
+  return write_pieces(build_piece_tree(shape.mesh.view()).view(), kKey);
 }
 
 void ask(const MeshShape& shape, Random& random) {
@@ -75,56 +84,97 @@ void ask(const VolumeContent& volume, Random& random) {
   }
 }
 
-bool is_shape_taken(const Bytes& bytes, Random& random) {
-  try {
-    ask(view_baked(bytes, kKey).shape, random);
-    return true;
-  } catch (const BakedFileError&) {
-    return false;
+void ask(const PieceTree& tree, Random& random) {
+  static const MeshShapeData other = build_shape(make_icosphere(0.3, 1));
+  static const PieceTreeData ball = build_piece_tree(other.mesh.view());
+  constexpr uint32_t kNodes = 64;
+  PieceFront front(tree, ball.view(), kNodes), reversed(ball.view(), tree, kNodes);
+  RefineOptions options;
+  options.tolerance = 0.1;
+  options.budget = kNodes;
+  for (int i = 0; i < 4; ++i) {
+    Pose X;
+    X.p = point_near(random);
+    options.threshold = i % 2 == 0 ? 0 : 1e-3;
+    front.update(X, options);
+    reversed.update(X, options);
   }
 }
 
-bool is_volume_taken(const Bytes& bytes, Random& random) {
-  try {
-    ask(view_volume(bytes, kKey), random);
-    return true;
-  } catch (const BakedFileError&) {
-    return false;
+/// What a cache may hold: its block, and questions to whatever its reader makes of such bytes.
+struct Cached {
+  BakedKind kind;
+  size_t n_arrays;
+  Bytes good;
+  std::function<void(const Bytes&, Random&)> ask;
+
+  bool is_taken(const Bytes& bytes, Random& random) const {
+    try {
+      ask(bytes, random);
+      return true;
+    } catch (const BakedFileError&) {
+      return false;
+    }
   }
+  Bytes inside(Random& random) const { return damaged_inside(good, kind, n_arrays, random); }
+};
+
+Cached cached_shape() {
+  return {BakedKind::kShape, 20, shape_block(),
+          [](const Bytes& bytes, Random& random) { ask(view_baked(bytes, kKey).shape, random); }};
+}
+
+Cached cached_volume() {
+  return {BakedKind::kVolume, 14, volume_block(),
+          [](const Bytes& bytes, Random& random) { ask(view_volume(bytes, kKey), random); }};
+}
+
+Cached cached_pieces() {
+  return {BakedKind::kPieces, 7, piece_block(),
+          [](const Bytes& bytes, Random& random) { ask(view_pieces(bytes, kKey), random); }};
+}
+
+/// Numbers are changed and the checksum is right: some are refused, and the queries of the rest
+/// end.
+void check_inside(const char* name, uint64_t seed, const Cached& cached) {
+  FuzzMeter meter(name, seed, kSeconds);
+  meter.run(sweep(4000),
+            [&](Random& random) { return cached.is_taken(cached.inside(random), random); });
+  if (!meter.is_whole()) return;
+  CHECK(meter.accepted() > 0);
+  CHECK(meter.refused() > 0);
+}
+
+/// Files of any of these that are not what was written: all are refused.
+void check_outside(const char* name, uint64_t seed, const std::vector<Cached>& kinds) {
+  FuzzMeter meter(name, seed, kSeconds);
+  meter.run(sweep(4000), [&](Random& random) {
+    const Cached& cached = kinds[random() % kinds.size()];
+    return cached.is_taken(damaged_outside(cached.good, random), random);
+  });
+  CHECK(meter.accepted() == 0);
 }
 
 }  // namespace
 
 TEST_CASE("fuzz: cache of a shape with numbers changed is refused, or its queries end") {
-  const Bytes good = shape_block();
-  FuzzMeter meter("fuzz: cache of a shape, right checksum", 2, kSeconds);
-  meter.run(sweep(4000), [&](Random& random) {
-    return is_shape_taken(damaged_inside(good, BakedKind::kShape, kShapeArrays, random), random);
-  });
-  if (!meter.is_whole()) return;
-  CHECK(meter.accepted() > 0);
-  CHECK(meter.refused() > 0);
+  check_inside("fuzz: cache of a shape, right checksum", 2, cached_shape());
 }
 
 TEST_CASE("fuzz: cache of a volume with numbers changed is refused, or its queries end") {
-  const Bytes good = volume_block();
-  FuzzMeter meter("fuzz: cache of a volume, right checksum", 3, kSeconds);
-  meter.run(sweep(4000), [&](Random& random) {
-    return is_volume_taken(damaged_inside(good, BakedKind::kVolume, kVolumeArrays, random), random);
-  });
-  if (!meter.is_whole()) return;
-  CHECK(meter.accepted() > 0);
-  CHECK(meter.refused() > 0);
+  check_inside("fuzz: cache of a volume, right checksum", 3, cached_volume());
+}
+
+TEST_CASE("fuzz: cache of convex pieces with numbers changed is refused, or its queries end") {
+  check_inside("fuzz: cache of pieces, right checksum", 5, cached_pieces());
 }
 
 TEST_CASE("fuzz: cache file that is not what was written is refused") {
-  const Bytes shape = shape_block(), volume = volume_block();
-  FuzzMeter meter("fuzz: cache file damaged", 4, kSeconds);
-  meter.run(sweep(4000), [&](Random& random) {
-    return random() % 2 == 0 ? is_shape_taken(damaged_outside(shape, random), random)
-                             : is_volume_taken(damaged_outside(volume, random), random);
-  });
-  CHECK(meter.accepted() == 0);
+  check_outside("fuzz: cache file damaged", 4, {cached_shape(), cached_volume()});
+}
+
+TEST_CASE("fuzz: cache file of convex pieces that is not what was written is refused") {
+  check_outside("fuzz: cache file of pieces damaged", 6, {cached_pieces()});
 }
 
 }  // namespace haptic::test

@@ -274,7 +274,7 @@ TEST_CASE("fuzz: a recording is refused in one line or read in bounded time and 
   const test::Damage damage({"zstd", "lz4", "", "/servo0/frame", "cdr", "ros2msg", "eye/0",
                              std::string(test::kMcapMagic), std::string(9, '\0'), "\n\x1b[2J"});
   const std::string path = folder.path() + "/fuzzed.mcap";
-  test::FuzzRun fuzz("log", 3, 1500);
+  test::FuzzRun fuzz("log", 3, 900);
   fuzz.run([&](FuzzRandom& random) {
     std::ofstream(path, std::ios::binary) << input(random.pick(seeds), damage, random);
     use(path);

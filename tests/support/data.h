@@ -10,11 +10,13 @@ namespace haptic::test {
 /// compiled into the binary would be wrong for a cached object file.
 std::string from_source(const std::string& path);
 
-/// A recording in $HAPTICD_DATA, else in ../shared/data next to the source tree; nothing, with a
-/// warning, if absent: tests that need it are then empty.
-std::optional<std::string> find_data(const std::string& name);
+/// A recording or a folder of queries by its path from tests/data.
+inline std::string data_file(const std::string& name) {
+  return from_source("tests/data/" + name);
+}
 
-/// A mesh of Debian's libcgal-demo in $HAPTICD_MESHES, else in build/meshes; or nothing, as above.
+/// A mesh of Debian's libcgal-demo in $HAPTICD_MESHES, else in build/meshes; nothing, with a
+/// warning, if absent: tests that need it are then empty.
 std::optional<std::string> find_mesh(const std::string& name);
 
 }  // namespace haptic::test

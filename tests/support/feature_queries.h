@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <limits>
+
 #include "contact/query/sweep/feature_path.h"
+#include "contact/query/sweep/swept_pair.h"
 #include "tests/support/meshes.h"
 
 namespace haptic::test {
@@ -89,6 +94,59 @@ inline bool pass_before(const RigidQuery& query, double end) {
     }
   }
   return false;
+}
+
+/// A method never answers later than a meeting that was made: `ask` gives the answer for the
+/// corners of a vertex and a face, or of two edges.
+template <typename Ask>
+void check_made_meetings(size_t n, Ask ask) {
+  Random random(4);
+  double latest = -1, earliest = 0;
+  for (size_t k = 0; k < n; ++k) {
+    const MadeMeeting made = made_meeting(random, k % 2 == 0);
+    const std::optional<SweptMeeting> hit = ask(made.corners, k % 2 == 0);
+    REQUIRE(hit);
+    latest = std::max(latest, hit->time - made.time);
+    // there may have been an earlier contact, of two edges or a face that turns
+    earliest += hit->time < made.time - 1e-3 ? 1 : 0;
+  }
+  CHECK(latest <= 1e-12);
+  CHECK(earliest < 0.02 * static_cast<double>(n));
+}
+
+/// The same for rigid motions, against dense samples; all of its meetings are proven.
+template <typename Ask>
+void check_rigid_queries(size_t n, Ask ask) {
+  Random random(5);
+  size_t meetings = 0, unproven = 0;
+  for (size_t k = 0; k < n; ++k) {
+    const RigidQuery query = random_rigid_query(random, static_cast<RigidQuery::Kind>(k % 3));
+    const std::optional<SweptMeeting> hit = ask(query, stretch_of(query.motion, 0, 1, 4e-3));
+    meetings += hit ? 1 : 0;
+    unproven += hit && !hit->is_proven ? 1 : 0;
+    REQUIRE_FALSE(pass_before(query, hit ? hit->time : 1));
+  }
+  CAPTURE(meetings, unproven);
+  CHECK(meetings > n / 50);
+  CHECK(unproven == 0);
+}
+
+inline void check_unproven_at_once(const std::optional<SweptMeeting>& hit) {
+  REQUIRE(hit);
+  CHECK(hit->time == 0);
+  CHECK_FALSE(hit->is_proven);
+}
+
+/// A vertex that is not finite meets a face at once, unproven: `ask` gives the answer.
+template <typename Ask>
+void check_not_finite(Ask ask) {
+  const std::array<SweptPoint, 3> face{
+      {{{-1, -1, 0}, {-1, -1, 0}}, {{2, -1, 0}, {2, -1, 0}}, {{-1, 2, 0}, {-1, 2, 0}}}};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), kInfinity, -kInfinity}) {
+    check_unproven_at_once(ask(SweptPoint{{0, 0, 1}, {0, 0, bad}}, face));
+    check_unproven_at_once(ask(SweptPoint{{bad, 0, 1}, {0, 0, -1}}, face));
+  }
 }
 
 }  // namespace haptic::test

@@ -3,6 +3,7 @@
 
 #include <iconv.h>
 
+#include <exception>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -39,6 +40,17 @@ inline std::u32string code_points(std::string text, bool& is_utf8) {
 inline size_t length(const std::string& text) {
   bool is_utf8 = false;
   return code_points(text, is_utf8).size();
+}
+
+/// The message of the error that this throws; empty if it throws none.
+template <class Error = std::exception, class Use>
+std::string refusal(const Use& use) {
+  try {
+    use();
+    return "";
+  } catch (const Error& error) {
+    return error.what();
+  }
 }
 
 /// Defects of a program's output; empty if it is whole lines of printable UTF-8, none of them

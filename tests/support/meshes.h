@@ -52,6 +52,23 @@ class Random {
   std::mt19937_64 engine_;
 };
 
+/// Adds a surface to another, displaced.
+inline void append(Soup& soup, const Soup& other, const Vec3& at = {}) {
+  const auto first = static_cast<uint32_t>(soup.vertices.size());
+  for (const Vec3& v : other.vertices) soup.vertices.push_back(v + at);
+  for (const auto& [a, b, c] : other.triangles) {
+    soup.triangles.push_back({first + a, first + b, first + c});
+  }
+}
+
+/// A ball whose vertices lie at random up to 15 % deeper.
+inline Soup make_bumpy_ball(uint64_t seed, double radius, uint32_t subdivisions) {
+  Random random(seed);
+  Soup soup = make_icosphere(radius, subdivisions);
+  for (Vec3& v : soup.vertices) v = random.uniform(0.85, 1) * v;
+  return soup;
+}
+
 /// Reads a plain OFF file of triangles, independent of the baker, scaled so that the longest side
 /// is `size` metres. No triangles if the file is absent.
 Soup load_off(const std::string& name, double size);

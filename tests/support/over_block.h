@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <memory>
+
+#include "contact/bake/session.h"
+#include "contact/step.h"
 #include "proto/config/config.h"
 
 namespace haptic::test {
@@ -19,5 +23,19 @@ inline SessionConfig over_block(Renderer renderer, std::string_view tool) {
   config.tool.mass = 0.05;
   return config;
 }
+
+/// A session's contact, baked and at its beginning.
+struct BakedContact {
+  SessionConfig config;
+  BakedSession baked;
+  ContactModel model;
+  std::unique_ptr<ContactState> state;
+
+  explicit BakedContact(const SessionConfig& session)
+      : config(session),
+        baked(bake_session(config)),
+        model(build_contact_model(config, baked.shapes())),
+        state(std::make_unique<ContactState>(model)) {}
+};
 
 }  // namespace haptic::test

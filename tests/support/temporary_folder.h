@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -27,11 +28,32 @@ class TemporaryFolder {
   std::string path_;
 };
 
+/// Sets an environment variable while it lives; without a value there is none.
+class Environment {
+ public:
+  explicit Environment(const char* name) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    unsetenv(name);
+  }
+  Environment(const char* name, const std::string& value) : Environment(name) {
+    setenv(name, value.c_str(), 1);
+  }
+  ~Environment() { before_ ? setenv(name_, before_->c_str(), 1) : unsetenv(name_); }
+  Environment(const Environment&) = delete;
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+/// A cache of its own for what this process bakes during its lifetime.
+class TemporaryCache : public TemporaryFolder {
+  Environment cache_{"HAPTICD_CACHE", path()};
+};
+
 /// The runtime folder for every session that this process starts or looks up during its lifetime.
 class TemporaryRuntimeFolder : public TemporaryFolder {
- public:
-  TemporaryRuntimeFolder() { setenv("HAPTICD_RUNTIME_DIR", path().c_str(), 1); }
-  ~TemporaryRuntimeFolder() { unsetenv("HAPTICD_RUNTIME_DIR"); }
+  Environment folder_{"HAPTICD_RUNTIME_DIR", path()};
 };
 
 }  // namespace haptic::test

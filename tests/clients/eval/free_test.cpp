@@ -16,7 +16,7 @@ using namespace haptic::test;
 
 TEST_CASE("eval free: no renderer without mass is felt where nothing is", "[lab]") {
   FreeEval eval;
-  eval.ticks = sweep(120);
+  eval.ticks = sweep(80);
   eval.ages = {1, 20};
   eval.all_scenes = false;
   for (const Row& row : eval_free(eval)) {

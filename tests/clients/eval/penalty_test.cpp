@@ -5,9 +5,9 @@
 #include "clients/lab/lockstep.h"
 #include "proto/ipc/control.h"
 #include "proto/wire/renderer.h"
+#include "tests/clients/eval/scripted_run.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
-#include "tests/support/workload.h"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -20,35 +20,16 @@ SessionConfig session(Renderer renderer, double stiffness) {
   return config;
 }
 
-/// Every frame of a hand on `path`, answered within the tick, from the first answer on.
-std::vector<ServoFrame> run(const SessionConfig& config, haptic::Soup soup,
-                            std::function<Vec3(double)> path, int ticks) {
-  const MeshShapeData owned = haptic::build_shape(std::move(soup));
-  const std::array<MeshShape, 1> shapes{owned.view()};
-  ScriptedHand hand(std::move(path));
-  Lockstep lockstep(config, shapes, hand, {1, 0});
-  std::vector<ServoFrame> frames;
-  for (int k = 0; k < ticks; ++k) {
-    REQUIRE(lockstep.step());
-    frames.push_back(lockstep.frame());
-  }
-  return frames;
-}
-
 }  // namespace
 
 TEST_CASE("penalty: the force is k times depth along the normal of the nearest face", "[lab]") {
-  const auto frames = run(
-      session(Renderer::kPenalty3, 800), haptic::make_box({0.1, 0.1, 0.1}),
-      [](double t) {
-        return Vec3{0.01, 0.02, 0.052 - 0.05 * t};
-      },
-      200);
-  for (const ServoFrame& f : frames) {
-    const double depth = std::max(0.0, 0.05 - f.X_WT.p.z);
-    CAPTURE(f.tick, depth);
-    REQUIRE_THAT(f.F_device_B.f, IsNear({0, 0, 800 * depth}, 1e-9));
-  }
+  const auto pressing = [](double t) { return Vec3{0.01, 0.02, 0.052 - 0.05 * t}; };
+  run(session(Renderer::kPenalty3, 800), make_box({0.1, 0.1, 0.1}), pressing, 0.2, {1, 0},
+      [](const ServoFrame& f, const ContactSet*) {
+        const double depth = std::max(0.0, 0.05 - f.X_WT.p.z);
+        CAPTURE(f.tick, depth);
+        REQUIRE_THAT(f.F_device_B.f, IsNear({0, 0, 800 * depth}, 1e-9));
+      });
 }
 
 TEST_CASE("penalty: artefact 1, the force turns by 90 degrees at the bisector", "[lab][trap]") {
@@ -81,7 +62,7 @@ TEST_CASE("penalty: artefact 2, a thin plate lets the tool pop through", "[lab][
 }
 
 TEST_CASE("penalty: the measured artefacts are those of theory", "[lab]") {
-  for (const haptic::Row& row : haptic::eval_artefacts("")) {
+  for (const Row& row : eval_artefacts("")) {
     CAPTURE(row.case_name, row.metric, row.value);
     CHECK(row.holds.value_or(true));
   }
@@ -92,24 +73,24 @@ TEST_CASE("penalty: another renderer takes over while the session runs, softly",
   SessionConfig config = session(Renderer::kPenalty3, 800);
   config.safety.soft_start = 0.2;
   config.proxy_radius = 2e-3;
-  const MeshShapeData owned = haptic::build_shape(haptic::make_box({0.1, 0.1, 0.1}));
+  const MeshShapeData owned = build_shape(make_box({0.1, 0.1, 0.1}));
   const std::array<MeshShape, 1> shapes{owned.view()};
-  const haptic::ServoModel servo_model = build_servo_model(config, {1e3, 0});
-  const haptic::ContactModel contact_model = build_contact_model(config, shapes);
-  const auto contact = std::make_unique<haptic::ContactState>();
-  haptic::ServoState servo;
-  haptic::ControlFrame control = haptic::initial_control(config);
+  const ServoModel servo_model = build_servo_model(config, {1e3, 0});
+  const ContactModel contact_model = build_contact_model(config, shapes);
+  const auto contact = std::make_unique<ContactState>();
+  ServoState servo;
+  ControlFrame control = initial_control(config);
   control.armed = 1;
   ContactSet set{};
   double last = 0;
   for (uint64_t k = 0; k < 1500; ++k) {
     if (k == 500) control.renderer = static_cast<uint32_t>(Renderer::kGodObject3);
     if (k == 1000) control.renderer = static_cast<uint32_t>(Renderer::kVirtualProxy3);
-    haptic::ServoInput input;
+    ServoInput input;
     input.tick = k;
     input.t_ns = static_cast<int64_t>(1'000'000'000 + k * 1'000'000);
     input.device.t_ns = input.t_ns;
-    input.device.flags = haptic::kDeviceFresh | haptic::kDeviceHomed;
+    input.device.flags = kDeviceFresh | kDeviceHomed;
     input.device.X_BH.p = {0.01, 0.02, 0.045};
     input.contacts = k > 0 ? &set : nullptr;
     input.control = &control;

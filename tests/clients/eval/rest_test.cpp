@@ -13,6 +13,8 @@
 #include "contact/shape/baked/mesh_shape.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/data.h"
+#include "tests/support/mesh_files.h"
+#include "tests/support/meshes.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/torture_scale.h"
 
@@ -27,32 +29,21 @@ constexpr int kDirections = 400;
 /// Boxes of 0.1 m, each displaced along x from the previous one.
 Soup boxes(int n, double apart) {
   Soup soup;
-  for (int i = 0; i < n; ++i) {
-    const Soup box = haptic::make_box({0.1, 0.1, 0.1});
-    const auto first = static_cast<uint32_t>(soup.vertices.size());
-    for (const Vec3& v : box.vertices) soup.vertices.push_back(v + Vec3{i * apart, 0, 0});
-    for (const auto& [a, b, c] : box.triangles) {
-      soup.triangles.push_back({first + a, first + b, first + c});
-    }
-  }
+  for (int i = 0; i < n; ++i) append(soup, make_box({0.1, 0.1, 0.1}), {i * apart, 0, 0});
   return soup;
 }
 
 bool has_answer(const Soup& soup, double size) {
-  const haptic::test::TemporaryFolder folder;
-  haptic::RendererEval eval;
+  const TemporaryFolder folder;
+  RendererEval eval;
   eval.mesh = folder.path() + "/boxes.off";
   eval.size = size;
   eval.ticks = 20;
-  std::ofstream file(eval.mesh);
-  file << "OFF\n" << soup.vertices.size() << ' ' << soup.triangles.size() << " 0\n";
-  for (const Vec3& v : soup.vertices) file << v.x << ' ' << v.y << ' ' << v.z << '\n';
-  for (const auto& [a, b, c] : soup.triangles) file << "3 " << a << ' ' << b << ' ' << c << '\n';
-  file.close();
-  const std::vector<haptic::Row> rows = eval_renderer(eval);
+  std::ofstream(eval.mesh) << as_off(soup);
+  const std::vector<Row> rows = eval_renderer(eval);
   const auto has = [&](const auto& is_it) { return std::any_of(rows.begin(), rows.end(), is_it); };
-  const bool is_open = has([](const haptic::Row& row) { return row.metric == haptic::kNoAnswer; });
-  const bool is_scored = has([](const haptic::Row& row) {
+  const bool is_open = has([](const Row& row) { return row.metric == kNoAnswer; });
+  const bool is_scored = has([](const Row& row) {
     return row.metric == "ticks not in a local minimum" && row.holds.has_value();
   });
   CHECK(is_scored != is_open);
@@ -62,7 +53,7 @@ bool has_answer(const Soup& soup, double size) {
 }  // namespace
 
 TEST_CASE("rest: ways from a place that holds, beside one, and inside", "[lab]") {
-  const MeshShapeData box = haptic::build_shape(boxes(1, 0));
+  const MeshShapeData box = build_shape(boxes(1, 0));
   const WayJudge judge(box.view().mesh);
   const Vec3 tool{0.01, 0.02, 0.04}, foot{0.01, 0.02, 0.05};
   CHECK_FALSE(judge.free_way(foot, tool, kLeast, kDirections, 1).found);
@@ -83,7 +74,7 @@ TEST_CASE("rest: no point is caught at a vertex of a spiky mesh", "[lab][trap]")
   // a hand needs a second to go to and fro
   eval.ticks = std::max<uint64_t>(sweep(3000), 1000);
   const RestHand hand = GENERATE(RestHand::kReach, RestHand::kSlap);
-  const RestCount count = judge_rests(haptic::make_spiky_sphere(6, 0.6, 19), hand, 0, eval, 19);
+  const RestCount count = judge_rests(make_spiky_sphere(6, 0.6, 19), hand, 0, eval, 19);
   CAPTURE(name_of(hand), count.worst, count.of_force);
   CHECK(count.judged > eval.ticks / 30);
   CHECK(count.caught == 0);
@@ -96,7 +87,7 @@ TEST_CASE("rest: a sphere that rolls among many edges rests within its tick", "[
   RestEval eval;
   eval.ticks = std::max<uint64_t>(sweep(2000), 500);
   const RestHand hand = GENERATE(RestHand::kSlap, RestHand::kCreep);
-  const Soup mesh = haptic::make_spiky_sphere(40, 0.05, 1);
+  const Soup mesh = make_spiky_sphere(40, 0.05, 1);
   const RestCount count = judge_rests(mesh, hand, 0.01, eval, 1);
   CAPTURE(name_of(hand));
   CHECK(count.touching > eval.ticks / 4);
@@ -111,13 +102,13 @@ TEST_CASE("eval: a closed mesh that cuts itself has no answer", "[lab]") {
 }
 
 TEST_CASE("eval: a tool that overlaps where it starts has no answer", "[lab]") {
-  const MeshShapeData box = haptic::build_shape(boxes(1, 0));
-  haptic::SessionConfig config = haptic::plain_session(1000);
-  config.renderer = haptic::Renderer::kVirtualProxy3;
+  const MeshShapeData box = build_shape(boxes(1, 0));
+  SessionConfig config = plain_session(1000);
+  config.renderer = Renderer::kVirtualProxy3;
   config.proxy_radius = 0.02;
   for (const double height : {0.0, 0.06, 0.08}) {
-    haptic::ScriptedHand hand([&](double) { return Vec3{0, 0, height}; });
-    const haptic::EvalJudge judge = judge_run(config, box.view(), hand, {1, 0}, 2);
+    ScriptedHand hand([&](double) { return Vec3{0, 0, height}; });
+    const EvalJudge judge = judge_run(config, box.view(), hand, {1, 0}, 2);
     CHECK(judge.began_overlapping() == (height < 0.07));
   }
 }

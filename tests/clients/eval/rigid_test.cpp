@@ -189,7 +189,7 @@ TEST_CASE("eval rigid: shaken in a tight hole and on a scan nothing meets", "[la
     NearFront front(scene.object, scene.tool);
     const ShakingHand hand(scene.home, scene.shaking, 1);
     size_t held = 0;
-    const size_t frames = sweep(800);  // 5000 with HAPTIC_TORTURE_SCALE = 6.25
+    const size_t frames = sweep(400);  // 5000 with HAPTIC_TORTURE_SCALE = 12.5
     for (size_t k = 0; k < frames; ++k) {
       const GodObjectMove move = god.move(X_WO, hand.at(1e-3 * static_cast<double>(k)), 0.5e-3);
       held += move.n_active > 0;

@@ -2,9 +2,9 @@
 #include "clients/eval/ruffaldi.h"
 
 #include <catch2/catch.hpp>
-#include <numeric>
 
 #include "clients/eval/renderer.h"
+#include "tests/support/hostile_text.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 
@@ -14,12 +14,7 @@ using namespace haptic::test;
 namespace {
 
 std::string error_of(const std::string& text) {
-  try {
-    parse_traj(text, "probe.traj");
-  } catch (const haptic::TrajError& e) {
-    return e.what();
-  }
-  return "";
+  return refusal<TrajError>([&] { parse_traj(text, "probe.traj"); });
 }
 
 }  // namespace
@@ -33,8 +28,7 @@ TEST_CASE("traj: seven or six numbers a line, comments and commas", "[lab]") {
   const auto six = parse_traj("1 2 3 4 5 6\n1 2 3 4 5 6", "a");
   CHECK(six[1].t == 0.001);
   // written and read back to the last bit
-  const auto again =
-      parse_traj(haptic::write_traj({{0.1, {1.0 / 3, -2e-9, 3e5}, {1e-300, 0, -0.1}}}), "a");
+  const auto again = parse_traj(write_traj({{0.1, {1.0 / 3, -2e-9, 3e5}, {1e-300, 0, -0.1}}}), "a");
   CHECK(again[0].p_O == Vec3{1.0 / 3, -2e-9, 3e5});
   CHECK(again[0].force_O == Vec3{1e-300, 0, -0.1});
 }
@@ -51,7 +45,7 @@ TEST_CASE("traj: what is wrong is said with its line", "[lab]") {
 }
 
 TEST_CASE("traj: resampled to 1 kHz, straight in between", "[lab]") {
-  const auto samples = haptic::at_one_kilohertz(
+  const auto samples = at_one_kilohertz(
       {{1.0, {0, 0, 0}, {0, 0, 1}}, {1.004, {4, 0, 0}, {0, 0, 5}}, {1.006, {4, 2, 0}, {}}});
   REQUIRE(samples.size() == 7);
   CHECK_THAT(samples[1].p_O, IsNear({1, 0, 0}, 1e-9));
@@ -82,9 +76,9 @@ TEST_CASE("ruffaldi: a known error, lag and jump are found", "[lab]") {
 TEST_CASE("ruffaldi: half a percent of the mean force on plane and sphere", "[lab]") {
   const std::string surface = GENERATE("plane", "sphere");
   // a third of a million triangles: not under sanitizers
-  if (haptic::test::kSlowdown > 1 && surface != "plane") return;
-  haptic::RuffaldiWork work = haptic::make_ruffaldi_work(surface, 2000);
-  const haptic::MeshShapeData mesh = haptic::build_shape(std::move(work.soup));
+  if (kSlowdown > 1 && surface != "plane") return;
+  RuffaldiWork work = make_ruffaldi_work(surface, 2000);
+  const MeshShapeData mesh = build_shape(std::move(work.soup));
   add_noise(work.in_trajectory, 1e-5);
   const auto forces = render_trajectory(mesh.view(), work.in_trajectory, {});
   const ForceComparison c = compare_forces(work.probe, forces);
@@ -95,17 +89,17 @@ TEST_CASE("ruffaldi: half a percent of the mean force on plane and sphere", "[la
 
 TEST_CASE("ruffaldi: without noise the error is that of the mesh", "[lab]") {
   const std::string surface = GENERATE("plane", "bumpy");
-  if (haptic::test::kSlowdown > 1 && surface != "plane") return;
-  haptic::RuffaldiWork work = haptic::make_ruffaldi_work(surface, 1500);
-  const haptic::MeshShapeData mesh = haptic::build_shape(std::move(work.soup));
+  if (kSlowdown > 1 && surface != "plane") return;
+  RuffaldiWork work = make_ruffaldi_work(surface, 1500);
+  const MeshShapeData mesh = build_shape(std::move(work.soup));
   const auto forces = render_trajectory(mesh.view(), work.in_trajectory, {1, 0});
   const ForceComparison c = compare_forces(work.probe, forces);
   CHECK(c.rms_normal <= 2 * work.facet_error + tol(1e-9));
 }
 
 TEST_CASE("ruffaldi: a scan of a surface gives its in-trajectory back", "[lab]") {
-  const haptic::RuffaldiWork work = haptic::make_ruffaldi_work("plane", 1500);
-  const haptic::MeshShapeData mesh = haptic::build_shape(work.soup);
+  const RuffaldiWork work = make_ruffaldi_work("plane", 1500);
+  const MeshShapeData mesh = build_shape(work.soup);
   const auto inside = in_trajectory_of(work.probe, mesh.view());
   for (size_t k = 0; k < inside.size(); ++k) {
     if (work.probe[k].force_O == Vec3{}) continue;

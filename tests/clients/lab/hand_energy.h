@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <vector>
 
+#include "device-io/hand/impedance.h"
 #include "device-io/hand/plant.h"
+#include "proto/config/config.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic::test {
 
@@ -45,10 +48,35 @@ inline double kinetic_energy(const SimulatedHandConfig& c, const HandPlant& plan
 /// What happened in a run.
 struct Run {
   std::vector<Account> accounts;
-  std::vector<double> kinetic;  // of handle and hand [J]
-  size_t touching = 0;          // ticks
-  double force = 0, torque = 0;
+  std::vector<double> kinetic;   // of handle and hand [J]
+  size_t touching = 0;           // ticks
+  double force = 0, torque = 0;  // the largest
+
+  /// After a tick: what a plant of this hand has been given, less what shook it [J].
+  void note(const SessionConfig& session, const SimulatedHandConfig& hand, const HandPlant& plant,
+            const ServoFrame& frame, double shaken = 0) {
+    const Wrench& told = frame.F_device_B;
+    accounts.push_back({plant.energy.device_work - shaken - plant.energy.device_loss,
+                        stored_in(session.coupling, told)});
+    kinetic.push_back(kinetic_energy(hand, plant));
+    touching += (frame.flags & kServoContact) != 0;
+    force = std::max(force, norm(told.f));
+    torque = std::max(torque, norm(told.t));
+  }
 };
+
+/// All five hands by HAPTIC_TORTURE_SCALE=2, in CI the lightest that holds.
+inline std::vector<HandImpedance> played_hands() {
+  if (torture_scale() > 1) return {kHandImpedances.begin(), kHandImpedances.end()};
+  return {kHandImpedances[1]};
+}
+
+/// The handle under a hand that strokes without a tremor.
+inline void put_under(SimulatedHandConfig& handle, const HandImpedance& hand) {
+  put_into_hand(hand, handle);
+  handle.intent.stroke_time = kStroke;
+  handle.intent.tremor_amplitude = 0;
+}
 
 /// Largest kinetic energy in that eighth of the second in which the intention stands still [J].
 inline double largest_kinetic(const Run& run, size_t eighth) {

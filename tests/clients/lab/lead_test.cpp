@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A whole session in lockstep whose simulated hand is led.
-#include <cmath>
 #include <memory>
 
 #include "clients/lab/lockstep.h"
@@ -9,13 +8,8 @@
 #include "tests/support/data.h"
 #include "tests/support/near.h"
 
-using haptic::kDeviceLed;
-using haptic::Lockstep;
-using haptic::ServoFrame;
-using haptic::SessionConfig;
-using haptic::SimulatedHand;
-using haptic::Vec3;
-using haptic::test::IsNear;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 
@@ -28,11 +22,11 @@ class LedSession {
   std::unique_ptr<SimulatedHand> hand;
   std::unique_ptr<Lockstep> lockstep;
 
-  LedSession() : config(haptic::load_config(haptic::test::from_source("configs/plane.toml"))) {
+  LedSession() : config(load_config(from_source("configs/plane.toml"))) {
     // sticking and the encoder's steps would hide a part of the spring's force
     config.device.hand.encoder_step = 0;
     config.device.hand.coulomb_friction = 0;
-    baked_ = std::make_unique<haptic::BakedSession>(haptic::bake_session(config));
+    baked_ = std::make_unique<BakedSession>(bake_session(config));
     shapes_ = baked_->shapes();
     hand = std::make_unique<SimulatedHand>(config.device);
     lockstep = std::make_unique<Lockstep>(config, shapes_, *hand);
@@ -44,7 +38,7 @@ class LedSession {
   }
   /// With a command sixty times a second.
   void lead(const Vec3& tool_W, int ticks) {
-    haptic::ControlFrame& control = lockstep->control();
+    ControlFrame& control = lockstep->control();
     control.leading = 1;
     control.X_WT_intent.p = tool_W;
     for (int k = 0; k < ticks; ++k) {
@@ -54,8 +48,8 @@ class LedSession {
   }
 
  private:
-  std::unique_ptr<haptic::BakedSession> baked_;
-  haptic::ContactShapes shapes_;
+  std::unique_ptr<BakedSession> baked_;
+  ContactShapes shapes_;
 };
 
 }  // namespace
@@ -70,7 +64,7 @@ TEST_CASE("lead: pressed against a wall, the hand lags the intent by the stiffne
   const Vec3& p_B = session.hand->plant().p_B;
   const Vec3& intent_B = session.hand->plant().intent_B;
   CHECK_THAT(intent_B, IsNear({0.01, 0.028, 0}, 1e-9));
-  REQUIRE((f.flags & haptic::kServoContact) != 0);
+  REQUIRE((f.flags & kServoContact) != 0);
   // k_arm (intent − hand) + F = 0, in rest; and the wall pushes with k of the coupling
   const double k_arm = session.config.device.hand.hand_stiffness, k = 800;
   const Vec3 arm_B = k_arm * (intent_B - p_B);
@@ -86,7 +80,7 @@ TEST_CASE("lead: the servo ends it after 200 ms of silence, in virtual time too"
   session.lead({0, 0.12, 0}, 500);
   const int64_t last_ns = session.lockstep->control().intent_t_ns;
   // hapticd goes on publishing what it was told last
-  while (session.frame().t_ns < last_ns + haptic::kLeadNs) {
+  while (session.frame().t_ns < last_ns + kLeadNs) {
     session.run(1);
     CHECK((session.frame().device.flags & kDeviceLed) != 0);
   }
@@ -100,10 +94,10 @@ TEST_CASE("lead: the servo ends it after 200 ms of silence, in virtual time too"
 TEST_CASE("lead: a paused session's hand is led, and feels nothing", "[lab]") {
   LedSession session;
   session.run(100);
-  haptic::ControlFrame& control = session.lockstep->control();
+  ControlFrame& control = session.lockstep->control();
   control.paused = 1;
   session.lead({0, 0.1, 0}, 1500);
   session.lead({0, 0.02, 0}, 3000);
   CHECK_THAT(session.frame().X_WT.p, IsNear({0, 0.02, 0}, 1e-3));
-  CHECK(session.frame().F_device_B == haptic::Wrench{});
+  CHECK(session.frame().F_device_B == Wrench{});
 }

@@ -17,17 +17,17 @@ using namespace haptic::test;
 
 namespace {
 
-const std::string kConfigs = haptic::test::from_source("configs/");
+const std::string kConfigs = from_source("configs/");
 
 struct Stage {
   SessionConfig config;
-  haptic::BakedSession baked;
-  haptic::ContactShapes shapes;
+  BakedSession baked;
+  ContactShapes shapes;
   std::unique_ptr<Device> device;
 
   explicit Stage(SessionConfig session)
       : config(session),
-        baked(haptic::bake_session(config)),
+        baked(bake_session(config)),
         shapes(baked.shapes()),
         device(open_device(config.device)) {}
 };
@@ -43,23 +43,23 @@ uint64_t hash_of(const SessionConfig& config, const LockstepOptions& options, in
 }  // namespace
 
 TEST_CASE("lockstep: a simulated hand on a block is bit-identical on two runs", "[lab]") {
-  const SessionConfig config = haptic::load_config(kConfigs + "plane.toml");
+  const SessionConfig config = load_config(kConfigs + "plane.toml");
   const LockstepOptions options{GENERATE(1u, 5u), GENERATE(0u, 1u, 7u)};
   CHECK(hash_of(config, options, 3000) == hash_of(config, options, 3000));
 }
 
 TEST_CASE("lockstep: another seed is another session", "[lab]") {
-  SessionConfig config = haptic::load_config(kConfigs + "plane.toml");
+  SessionConfig config = load_config(kConfigs + "plane.toml");
   const uint64_t first = hash_of(config, {}, 1000);
   config.device.hand.seed += 1;
   CHECK(hash_of(config, {}, 1000) != first);
 }
 
 TEST_CASE("lockstep: the hand explores the bunny and the verified proxy is never inside", "[lab]") {
-  if (!haptic::test::find_mesh("bunny00.off")) return;
-  Stage stage(haptic::load_config(kConfigs + "bunny.toml"));
+  if (!find_mesh("bunny00.off")) return;
+  Stage stage(load_config(kConfigs + "bunny.toml"));
   REQUIRE(stage.shapes.objects[0].mesh.triangles.size() == 75408);
-  const haptic::InsideOracle oracle(stage.shapes.objects[0].mesh);
+  const InsideOracle oracle(stage.shapes.objects[0].mesh);
   const double limit = stage.config.safety.max_force;
   Lockstep lockstep(stage.config, stage.shapes, *stage.device);
   SessionData data;
@@ -68,24 +68,24 @@ TEST_CASE("lockstep: the hand explores the bunny and the verified proxy is never
     REQUIRE(lockstep.step());
     const ServoFrame& f = lockstep.frame();
     CAPTURE(k, f.X_WG.p.x, f.X_WG.p.y, f.X_WG.p.z);
-    if ((f.flags & haptic::kServoNoContactSet) == 0) REQUIRE_FALSE(oracle.inside(f.X_WG.p));
+    if ((f.flags & kServoNoContactSet) == 0) REQUIRE_FALSE(oracle.inside(f.X_WG.p));
     REQUIRE(norm(f.F_device_B.f) <= limit * (1 + 1e-12));
-    touching += (f.flags & haptic::kServoContact) != 0;
+    touching += (f.flags & kServoContact) != 0;
     data.frames.push_back(f);
   }
   CHECK(touching > 500);
   // a passive wall returns no more energy than it received
-  const haptic::PortEnergy energy = port_energy(data.frames);
+  const PortEnergy energy = port_energy(data.frames);
   CHECK(energy.into_device > 1e-3);
   CHECK(energy.net() >= 0);
 }
 
 TEST_CASE("lockstep: a rigid peg in its hole feels the same by both solvers of its contacts",
           "[lab]") {
-  SessionConfig config = haptic::load_config(kConfigs + "rigid-peg.toml");
-  config.renderer = haptic::Renderer::kConstrained6;
+  SessionConfig config = load_config(kConfigs + "rigid-peg.toml");
+  config.renderer = Renderer::kConstrained6;
   Stage by_coulomb(config);
-  config.rigid.solver = haptic::RigidSolver::kLcp;
+  config.rigid.solver = RigidSolver::kLcp;
   Stage by_lcp(config);
   Lockstep one(by_coulomb.config, by_coulomb.shapes, *by_coulomb.device);
   Lockstep other(by_lcp.config, by_lcp.shapes, *by_lcp.device);
@@ -100,7 +100,7 @@ TEST_CASE("lockstep: a rigid peg in its hole feels the same by both solvers of i
     // (lcp.h) and the other solver both: 0.02 N, of 1.4
     const double most = k < 500 ? 1e-6 : 0.05;
     REQUIRE(norm(one.frame().F_device_B.f - other.frame().F_device_B.f) < tol(most));
-    touching += (other.frame().flags & haptic::kServoContact) != 0;
+    touching += (other.frame().flags & kServoContact) != 0;
   }
   CHECK(touching > 500);
   CHECK(largest > 1);
@@ -109,12 +109,10 @@ TEST_CASE("lockstep: a rigid peg in its hole feels the same by both solvers of i
 
 TEST_CASE("lockstep: recorded human hand against a wall, every sample, bit-identical", "[lab]") {
   const std::string name = GENERATE("m2_question1c_rigid.csv", "question1a_rigid.csv");
-  const auto path = haptic::test::find_data("tue-1dof-bilateral/" + name);
-  if (!path) return;
-  SessionConfig config = haptic::load_config(kConfigs + "lever.toml");
-  haptic::use_trace(config, *path);
+  SessionConfig config = load_config(kConfigs + "lever.toml");
+  use_trace(config, data_file("tue-1dof-bilateral/" + name));
   config.safety.soft_start = 0;
-  const auto trace = haptic::load_hand_trace(config.device.replay);
+  const auto trace = load_hand_trace(config.device.replay);
   Stage stage(config);
   const LockstepOptions options;
   Lockstep lockstep(config, stage.shapes, *stage.device, options);
@@ -135,7 +133,7 @@ TEST_CASE("lockstep: recorded human hand against a wall, every sample, bit-ident
       REQUIRE(f.n_contacts > 0);
       const double wall_force =
           std::min(config.coupling.translational_stiffness * depth, config.safety.max_force);
-      const bool slewing = (f.flags & haptic::kServoSlewing) != 0;
+      const bool slewing = (f.flags & kServoSlewing) != 0;
       slewed += slewing;
       const double moved =
           frames > 0 ? norm(f.device.X_BH.p - trace.samples[frames - 1].X_BH.p) : 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <deque>
 #include <functional>
@@ -11,6 +12,7 @@
 #include "clients/lab/lockstep.h"
 #include "contact/shape/baked/mesh_shape.h"
 #include "device-io/device.h"
+#include "proto/wire/guide.h"
 
 /// A hand that pushes a box along x, through the session's own steps and, beside it, by an
 /// integration of the same equations in steps of 20 µs that shares nothing with them.
@@ -102,26 +104,67 @@ struct PushedSession {
   }
 };
 
-/// The same by definition: hand, one-sided spring, and a box that is free or fixed.
+inline constexpr double kFace = 0.03 - kBoxEdge / 2;  // of the box, towards the hand [m]
+
+/// A session with its hand, in lockstep.
+struct Pushed {
+  PushedSession session;
+  PushingHand hand;
+  Lockstep lockstep;
+
+  Pushed(PushedSession made, HandModel model, uint32_t scene_latency = 0,
+         bool without_counters = false)
+      : session(std::move(made)),
+        hand(std::move(model)),
+        lockstep(session.config, session.shapes, hand, options(scene_latency, without_counters)) {}
+
+ private:
+  static LockstepOptions options(uint32_t scene_latency, bool without_counters) {
+    LockstepOptions all;
+    all.scene_latency = scene_latency;
+    all.without_counters = without_counters;
+    return all;
+  }
+};
+
+/// The same by definition: hand, one-sided spring, and a box that is free or fixed. What the hand
+/// holds, by its button, also pulls with k s (hand − place).
 struct Integrated {
   std::vector<double> force;  // at each tick [N]
-  double hand_speed = 0, box_speed = 0;
+  double hand = 0, box = 0;   // at the end [m]
 };
 inline Integrated integrate(HandModel hand, double stiffness, double mass, bool is_fixed,
                             int n_ticks) {
   constexpr double kStep = 20e-6;
   Integrated out;
-  double box = 0.03 - kBoxEdge / 2, v = 0;
+  double box = kFace, v = 0, place = 0, since = -1;
   for (int k = 0; k < 50 * n_ticks; ++k) {
-    const double push = stiffness * std::max(0.0, hand.x - box);
+    const double t = k * kStep;
+    if (!hand.presses(t)) since = -1;
+    if (hand.presses(t) && since < 0) since = t, place = hand.x - box;
+    const double depth = hand.x - box - (since < 0 ? 0 : place);
+    const double strength = since < 0 ? 0 : std::min((t - since) / kGraspTime, 1.0);
+    const double push = stiffness * (hand.x > box ? std::max(depth, 0.0) : strength * depth);
     if (k % 50 == 0) out.force.push_back(push);
-    hand.step(k * kStep, -push, kStep);
+    hand.step(t, -push, kStep);
     if (!is_fixed) v += kStep * push / mass;
     box += kStep * v;
   }
-  out.hand_speed = hand.v;
-  out.box_speed = v;
+  out.hand = hand.x, out.box = box;
   return out;
+}
+
+/// What a hand has given [N·s] is what the body has, and what nobody took up of it; returns that.
+inline double check_balance(Lockstep& lockstep, double mass, double given, double forgotten = 0) {
+  for (int k = 0; k < 5; ++k) lockstep.step();  // nothing touches any more
+  const SceneFrame& scene = lockstep.scene();
+  forgotten += lockstep.frame().forgotten_impulse_W.x + scene.responses[0].seen[0].forgotten_W.x;
+  const double has = mass * scene.V_WO[0].v.x;
+  CAPTURE(given, forgotten, has);
+  const double most = std::max({std::fabs(given), std::fabs(forgotten), std::fabs(has)});
+  REQUIRE(most > 1e-3);
+  CHECK(std::fabs(given - forgotten - has) <= 1e-9 * most);
+  return forgotten;
 }
 
 /// Root of the mean square of the difference from tick to tick.

@@ -61,11 +61,8 @@ std::vector<double> integrate_hinge(HandModel hand, double stiffness, double mas
 }
 
 std::vector<double> felt_by(const PushedSession& session, uint32_t latency) {
-  PushingHand hand(pushing_hand());
-  LockstepOptions options;
-  options.scene_latency = latency;
-  Lockstep lockstep(session.config, session.shapes, hand, options);
-  return felt(lockstep, kTicks);
+  Pushed pushed(session, pushing_hand(), latency);
+  return felt(pushed.lockstep, kTicks);
 }
 
 }  // namespace

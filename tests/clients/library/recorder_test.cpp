@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/library/recorder.h"
 
-#include <poll.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
 
@@ -15,15 +14,16 @@
 #include <vector>
 
 #include "proto/os/realtime.h"
+#include "tests/proto/ipc/served.h"
 #include "tests/support/disk/standing_disk.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
 namespace {
 
+using test::kPatienceNs;
 using test::TemporaryRuntimeFolder;
 
-constexpr int64_t kPatienceNs = 60 * kNsPerSecond;  // only a hang takes this long
 constexpr uint64_t kServoSlots = decltype(ServoChannels::frames)::kCapacity;
 
 /// A session in this process: hapticd's socket, and a recorder as its client.
@@ -51,17 +51,31 @@ struct Session {
   /// Serves and drains until the condition holds.
   template <typename Condition>
   bool drain_until(Condition holds) {
-    const int64_t give_up = now_ns() + kPatienceNs;
-    while (!holds()) {
-      if (now_ns() > give_up) return false;
-      pollfd waiting{server.poll_fd(), POLLIN, 0};
-      ::poll(&waiting, 1, 1);
-      server.serve({});
+    const bool holds_now = test::serve_until(server, [&] {
+      if (holds()) return true;
       recorder->drain(*trace, now_ns());
-    }
+      return false;
+    });
+    if (!holds_now) return false;
     // a segment may have been attached since: from here on its rings are read
     recorder->drain(*trace, now_ns());
     return true;
+  }
+
+  /// A first servo is announced and attached.
+  void begin(SegmentWriter<ServoChannels>& servo) {
+    announce(servo);
+    REQUIRE(drain_until([&] { return recorder->servo_header() != nullptr; }));
+  }
+  /// The file ends, with the frames of every tick from 0 on.
+  void check_all_ticks(uint64_t end) {
+    REQUIRE(recorder->finish(*trace, now_ns()));
+    uint64_t next = 0;
+    for (const ServoFrame& frame : TraceReader(path).read(servo_topic(kFirstHand))) {
+      CHECK(frame.tick == next++);
+    }
+    CHECK(next == end);
+    CHECK(lost(0) == 0);
   }
 
   uint64_t recorded(size_t topic) const { return recorder->counts()[topic].recorded; }
@@ -158,8 +172,7 @@ TEST_CASE("recorder: every ring of the session ends up in the file, bit for bit 
 TEST_CASE("recorder: what it was too slow for is counted exactly and is a record of its own") {
   Session session;
   SegmentWriter<ServoChannels> servo(1);
-  session.announce(servo);
-  REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+  session.begin(servo);
   publish(servo, 0, 100);
   REQUIRE(session.drain_until([&] { return session.recorded(kServo) == 100; }));
   constexpr uint64_t kBurst = 3 * kServoSlots + 17;
@@ -187,8 +200,7 @@ TEST_CASE("recorder: what it was too slow for is counted exactly and is a record
 TEST_CASE("recorder: a disk that stands still for longer than the rings reach loses no record") {
   Session session;
   SegmentWriter<ServoChannels> servo(1);
-  session.announce(servo);
-  REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+  session.begin(servo);
   constexpr uint64_t kPart = kServoSlots / 2, kParts = 8;
   {
     test::StandingDisk standing;
@@ -201,39 +213,25 @@ TEST_CASE("recorder: a disk that stands still for longer than the rings reach lo
     standing.move();
     CHECK_FALSE(standing.was_waited_for());
   }
-  REQUIRE(session.recorder->finish(*session.trace, now_ns()));
-  CHECK(session.lost(kServo) == 0);
-  uint64_t next = 0;
-  for (const ServoFrame& frame : TraceReader(session.path).read(servo_topic(kFirstHand))) {
-    CHECK(frame.tick == next++);
-  }
-  CHECK(next == kParts * kPart);
+  session.check_all_ticks(kParts * kPart);
 }
 
 TEST_CASE("recorder: it follows a servo that is restarted, without a hole") {
   Session session;
   SegmentWriter<ServoChannels> first(1), second(2);
-  session.announce(first);
-  REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+  session.begin(first);
   publish(first, 0, 500);
   // not drained yet: the last frames of the first writer and those of the second come together
   publish(second, 500, 300);
   session.announce(second);
   REQUIRE(session.drain_until([&] { return session.recorded(kServo) == 800; }));
-  REQUIRE(session.recorder->finish(*session.trace, now_ns()));
-  uint64_t next = 0;
-  for (const ServoFrame& frame : TraceReader(session.path).read(servo_topic(kFirstHand))) {
-    CHECK(frame.tick == next++);
-  }
-  CHECK(next == 800);
-  CHECK(session.lost(kServo) == 0);
+  session.check_all_ticks(800);
 }
 
 TEST_CASE("recorder: a chunk is closed after a quarter of a second, however little is in it") {
   Session session;
   SegmentWriter<ServoChannels> servo(1);
-  session.announce(servo);
-  REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+  session.begin(servo);
   publish(servo, 0, 1);
   // on virtual time: drain() is told the time
   int64_t t_ns = now_ns() + kPatienceNs;
@@ -293,8 +291,7 @@ void check_counts_of_what_is_full(Session& session, SegmentWriter<ServoChannels>
 TEST_CASE("recorder: at a limit of the file size what is not in the file is counted as lost") {
   Session session;
   SegmentWriter<ServoChannels> servo(1);
-  session.announce(servo);
-  REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+  session.begin(servo);
   rlimit before{};
   REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
   // as set by `ulimit -f`; the writer checks it before the kernel sends a signal
@@ -315,8 +312,7 @@ TEST_CASE("recorder: on a full disk what is not in the file is counted as lost")
   {
     Session session(disk);
     SegmentWriter<ServoChannels> servo(1);
-    session.announce(servo);
-    REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+    session.begin(servo);
     check_counts_of_what_is_full(session, servo);
   }
   CHECK(umount(disk.c_str()) == 0);

@@ -3,9 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -13,6 +11,7 @@
 
 #include "contact/bake/cache.h"
 #include "proto/os/environment.h"
+#include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -34,29 +33,8 @@ std::string write_text(const std::string& path, const std::string& text) {
 
 /// Why a cache is not believed; empty: it is.
 std::string distrust_of(const std::string& path) {
-  try {
-    map_cached(path);
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return {};
+  return test::refusal([&] { map_cached(path); });
 }
-
-/// An environment variable that is back after the test.
-class WithoutVariable {
- public:
-  explicit WithoutVariable(const char* name) : name_(name), before_(environment(name)) {
-    unsetenv(name);
-  }
-  ~WithoutVariable() {
-    if (!before_.empty()) setenv(name_, before_.c_str(), 1);
-  }
-  WithoutVariable(const WithoutVariable&) = delete;
-
- private:
-  const char* name_;
-  std::string before_;
-};
 
 bool may_give_away() {
   if (geteuid() == 0) return true;
@@ -127,7 +105,7 @@ TEST_CASE("cache: a link in the place of the file is replaced, what it points to
 }
 
 TEST_CASE("cache: without a home its folder is no known name of root's in /tmp") {
-  const WithoutVariable own("HAPTICD_CACHE"), xdg("XDG_CACHE_HOME"), home("HOME");
+  const test::Environment own("HAPTICD_CACHE"), xdg("XDG_CACHE_HOME"), home("HOME");
   const std::string folder = fs::path(cache_path(1)).parent_path();
   CAPTURE(folder);
   if (geteuid() == 0) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The limits of a mesh's size, and the messages outside them.
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <fstream>
 #include <string>
 
@@ -22,10 +21,8 @@ class Cube {
  public:
   explicit Cube(double edge, const std::string& name = "cube.off")
       : path_(folder_.path() + "/" + name) {
-    ::setenv("HAPTICD_CACHE", (folder_.path() + "/cache").c_str(), 1);
     std::ofstream(path_) << test::as_off(make_box({edge, edge, edge}));
   }
-  ~Cube() { ::unsetenv("HAPTICD_CACHE"); }
 
   double size_at(double unit, double size) const {
     ShapeConfig object;
@@ -35,16 +32,11 @@ class Cube {
     return bake_object(object, kPlenty).report.size;
   }
   std::string problem_at(double unit, double size) const {
-    try {
-      size_at(unit, size);
-      return "";
-    } catch (const MeshError& error) {
-      return error.what();
-    }
+    return test::refusal<MeshError>([&] { size_at(unit, size); });
   }
 
  private:
-  test::TemporaryFolder folder_;
+  test::TemporaryCache folder_;
   std::string path_;
 };
 

@@ -2,7 +2,6 @@
 #include "contact/bake/pieces.h"
 
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -43,23 +42,10 @@ bool is_same(const PieceTree& a, const PieceTree& b) {
          same(a.level_pieces, b.level_pieces);
 }
 
-/// A cache of its own while it lives.
-struct OwnCache {
-  OwnCache() : before(environment("HAPTICD_CACHE")) {
-    setenv("HAPTICD_CACHE", folder.path().c_str(), 1);
-  }
-  ~OwnCache() {
-    before.empty() ? unsetenv("HAPTICD_CACHE") : setenv("HAPTICD_CACHE", before.c_str(), 1);
-  }
-  OwnCache(const OwnCache&) = delete;
-  TemporaryFolder folder;
-  std::string before;
-};
-
 }  // namespace
 
 TEST_CASE("baked pieces: the second time from the cache, and the same to the bit") {
-  const OwnCache cache;
+  const TemporaryCache cache;
   const BakedShape box = baked_box(0.02);
   const BakedPieces made = bake_pieces(box), read = bake_pieces(box);
   CHECK(!made.from_cache);
@@ -71,10 +57,10 @@ TEST_CASE("baked pieces: the second time from the cache, and the same to the bit
 }
 
 TEST_CASE("baked pieces: a damaged cache file is baked again, and the finding says so") {
-  const OwnCache cache;
+  const TemporaryCache cache;
   const BakedShape box = baked_box(0.02);
   const BakedPieces made = bake_pieces(box);
-  const std::vector<fs::path> files = files_in(cache.folder.path());
+  const std::vector<fs::path> files = files_in(cache.path());
   REQUIRE(files.size() == 1);
   {
     std::fstream file(files[0], std::ios::in | std::ios::out | std::ios::binary);
@@ -90,7 +76,7 @@ TEST_CASE("baked pieces: a damaged cache file is baked again, and the finding sa
 }
 
 TEST_CASE("baked pieces: a session that wants them has those of all bodies, and shows them") {
-  const OwnCache cache;
+  const TemporaryCache cache;
   SessionConfig config{};
   config.n_objects = 1;
   for (ShapeConfig* shape :

@@ -9,6 +9,7 @@
 
 #include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/mass_properties.h"
+#include "tests/support/hostile_text.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 #include "tests/support/temporary_folder.h"
@@ -19,11 +20,8 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A folder for the cache.
 struct Cache {
-  TemporaryFolder folder;
-  Cache() { ::setenv("HAPTICD_CACHE", folder.path().c_str(), 1); }
-  ~Cache() { ::unsetenv("HAPTICD_CACHE"); }
+  TemporaryCache folder;
   std::vector<std::filesystem::path> files() const {
     std::vector<std::filesystem::path> found;
     for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
@@ -71,14 +69,10 @@ bool same_content(const VolumeContent& a, const VolumeContent& b) {
          same(a.shell.nodes, b.shell.nodes) && same(a.shell.levels, b.shell.levels);
 }
 
-std::string refusal(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const MeshError& error) {
-    CHECK(std::string(error.what()).find('\n') == std::string::npos);
-    return error.what();
-  }
-  return "no error";
+std::string refused(const std::function<void()>& work) {
+  std::string error = refusal<MeshError>(work);
+  CHECK(error.find('\n') == std::string::npos);
+  return error;
 }
 
 }  // namespace
@@ -150,7 +144,7 @@ TEST_CASE("bake volume: the field of a sphere is its distance, the map has none 
 TEST_CASE("bake volume: an open mesh has no inside, is refused, and is a sheet on request") {
   const Cache cache;
   const BakedShape shape = bake(open_box(), true);
-  CHECK_THAT(refusal([&] { bake_obstacle(shape, coarse()); }),
+  CHECK_THAT(refused([&] { bake_obstacle(shape, coarse()); }),
              Contains("thing") && Contains("not closed (4 border edges)") &&
                  Contains("no inside") && Contains("fill its holes") &&
                  Contains("open_as_sheet = true"));
@@ -173,7 +167,7 @@ TEST_CASE("bake volume: too many voxels are refused with the size that would do"
   const BakedShape shape = bake(make_box({0.1, 0.01, 0.01}));
   VoxelConfig fine = coarse();
   fine.size = 1e-5;
-  CHECK_THAT(refusal([&] { bake_obstacle(shape, fine); }),
+  CHECK_THAT(refused([&] { bake_obstacle(shape, fine); }),
              Contains("10000 voxels") && Contains("4096") && Contains("0.0244 mm or more"));
 }
 

@@ -253,11 +253,9 @@ TEST_CASE("replay: the force has no effect and people are told so", "[device-io]
 
 TEST_CASE("replay: a real recorded hand opens as a device and is met on its own grid",
           "[device-io][data]") {
-  const auto path = test::find_data("tue-1dof-bilateral/question1a_rigid.csv");
-  if (!path) return;
   DeviceConfig config;
   config.kind = DeviceKind::kReplay;
-  assign(config.replay.path, *path);
+  assign(config.replay.path, test::data_file("tue-1dof-bilateral/question1a_rigid.csv"));
   assign(config.replay.column, "master_rad");
   config.replay.lever_arm = 0.075;
   const auto samples = load_hand_trace(config.replay).samples;

@@ -193,22 +193,18 @@ TEST_CASE("noise: no recorded hand is noise", "[device-io]") {
   for (const char* name : {"m2_question1c_foam", "m2_question1c_free_motion", "m2_question1c_rigid",
                            "m2_question1c_spring", "question1a_foam", "question1a_free_motion",
                            "question1a_rigid", "question1a_spring"}) {
-    const auto path = haptic::test::find_data(tue + name + ".csv");
-    if (!path) return;
+    const std::string path = haptic::test::data_file(tue + name + ".csv");
     CAPTURE(name);
     // master and slave
-    CHECK(noisy_after(column_of(*path, 1, kLever), 5000) == -1);
-    CHECK(noisy_after(column_of(*path, 2, kLever), 5000) == -1);
+    CHECK(noisy_after(column_of(path, 1, kLever), 5000) == -1);
+    CHECK(noisy_after(column_of(path, 2, kLever), 5000) == -1);
   }
-  if (const auto path = haptic::test::find_data(tue + "handRef.csv")) {
-    CHECK(noisy_after(column_of(*path, 1, kLever), 5000) == -1);
-  }
+  CHECK(noisy_after(column_of(haptic::test::data_file(tue + "handRef.csv"), 1, kLever), 5000) == -1);
   for (const char* name : {"wipe_fender_1", "wipe_rim_1", "wipe_rim_2"}) {
-    const auto path = haptic::test::find_data(epfl + name + ".csv");
-    if (!path) return;
+    const std::string path = haptic::test::data_file(epfl + name + ".csv");
     CAPTURE(name);
     for (size_t axis = 1; axis <= 3; ++axis) {
-      CHECK(noisy_after(column_of(*path, axis, 1), 20'000) == -1);
+      CHECK(noisy_after(column_of(path, axis, 1), 20'000) == -1);
     }
   }
 }

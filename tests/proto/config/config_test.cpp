@@ -23,35 +23,12 @@ namespace {
 namespace fs = std::filesystem;
 using test::Bad;
 using test::error_of;
+using test::kBox;
 using test::kScene;
 using test::scene_with;
+using test::session_with;
 
 constexpr double kRounding = 1e-15;  // relative: one multiplication by a decimal factor
-
-/// Sets an environment variable for the lifetime of the object.
-class Environment {
- public:
-  Environment(const char* name, const std::string& value) : name_(name) {
-    const char* old = std::getenv(name);
-    if (old != nullptr) old_ = old;
-    was_set_ = old != nullptr;
-    ::setenv(name, value.c_str(), 1);
-  }
-  ~Environment() {
-    if (was_set_) {
-      ::setenv(name_, old_.c_str(), 1);
-    } else {
-      ::unsetenv(name_);
-    }
-  }
-  Environment(const Environment&) = delete;
-  Environment& operator=(const Environment&) = delete;
-
- private:
-  const char* name_;
-  std::string old_;
-  bool was_set_;
-};
 
 void touch(const fs::path& file) {
   std::ofstream(file) << "OFF\n";
@@ -116,31 +93,30 @@ TEST_CASE("config: a scene is read with its units and defaults") {
 
 TEST_CASE("config: every section reaches its field") {
   const SessionConfig config =
-      parse_config(scene_with("[coupling]\n",
-                              "max_force = \"9 N\"\n"
-                              "max_torque = \"100 mN·m\"\n"
-                              "[device.hand]\n"
-                              "seed = 7\n"
-                              "mass = \"200 g\"\n"
-                              "[device.hand.intent]\n"
-                              "centre = [\"1 m\", \"2 m\", \"3 m\"]\n"
-                              "stroke_time = \"2 s\"\n"
-                              "[servo]\nrate = \"2 kHz\"\n"
-                              "[contact]\npoll_rate = \"500 Hz\"\nmesh_memory_limit = \"1 GiB\"\n"
-                              "spare = false\n"
-                              "[sim]\nrate = \"60 Hz\"\n"
-                              "[map]\n"
-                              "position = [\"4 m\", \"5 m\", \"6 m\"]\n"
-                              "motion_scale = 2\n"
-                              "force_scale = 0.5\n"
-                              "clutch_button = 3\n"
-                              "tool_on_grip = {position = [\"7 m\", \"8 m\", \"9 m\"]}\n"
-                              "[safety]\nmax_force = \"3 N\"\nsoft_start = \"1 s\"\n"
-                              "torque_slew = \"30 N·m/s\"\n"
-                              "angular_velocity_limit = \"720 deg/s\"\n"
-                              "[coupling]\n"
-                              "damping = \"2 Ns/m\"\n"),
-                   "x.toml");
+      session_with("[coupling]\n",
+                   "max_force = \"9 N\"\n"
+                   "max_torque = \"100 mN·m\"\n"
+                   "[device.hand]\n"
+                   "seed = 7\n"
+                   "mass = \"200 g\"\n"
+                   "[device.hand.intent]\n"
+                   "centre = [\"1 m\", \"2 m\", \"3 m\"]\n"
+                   "stroke_time = \"2 s\"\n"
+                   "[servo]\nrate = \"2 kHz\"\n"
+                   "[contact]\npoll_rate = \"500 Hz\"\nmesh_memory_limit = \"1 GiB\"\n"
+                   "spare = false\n"
+                   "[sim]\nrate = \"60 Hz\"\n"
+                   "[map]\n"
+                   "position = [\"4 m\", \"5 m\", \"6 m\"]\n"
+                   "motion_scale = 2\n"
+                   "force_scale = 0.5\n"
+                   "clutch_button = 3\n"
+                   "tool_on_grip = {position = [\"7 m\", \"8 m\", \"9 m\"]}\n"
+                   "[safety]\nmax_force = \"3 N\"\nsoft_start = \"1 s\"\n"
+                   "torque_slew = \"30 N·m/s\"\n"
+                   "angular_velocity_limit = \"720 deg/s\"\n"
+                   "[coupling]\n"
+                   "damping = \"2 Ns/m\"\n");
   CHECK(config.device.max_force == 9);
   CHECK(config.device.max_torque == 0.1);
   CHECK(config.device.hand.seed == 7);
@@ -191,117 +167,92 @@ TEST_CASE("config: what bounds torque and turning at the device") {
 
 TEST_CASE("config: each kind of mistake is told with file, line and column") {
   const Bad bad = GENERATE(values<Bad>({
-      {"no unit", scene_with("\"800 N/m\"", "800"),
-       "x.toml:6:13: ", "'stiffness' needs a unit; write for example \"800 N/m\""},
-      {"number in quotes", scene_with("\"800 N/m\"", "\"800\""),
-       "x.toml:6:13: ", "needs a unit; write for example \"800 N/m\""},
-      {"wrong dimension", scene_with("800 N/m", "800 mm"),
-       "x.toml:6:13: ", "is a length, not a stiffness"},
-      {"torque for rotational stiffness",
-       scene_with("stiffness = \"800 N/m\"", "rotational_stiffness = \"1 N·m\""),
-       "x.toml:6:24: ", "is a torque, not a rotational stiffness"},
-      {"unknown unit", scene_with("800 N/m", "800 lbf/in"), "x.toml:6:13: ", "has an unknown unit"},
-      {"no number", scene_with("800 N/m", "stiff"),
-       "x.toml:6:13: ", "does not begin with a number"},
-      {"NaN", scene_with("800 N/m", "nan N/m"), "x.toml:6:13: ", "is not a finite number"},
-      {"infinite", scene_with("800 N/m", "inf N/m"), "x.toml:6:13: ", "is not a finite number"},
-      {"overflow", scene_with("800 N/m", "1e999 N/m"), "x.toml:6:13: ", "too large"},
-      {"negative stiffness", scene_with("800 N/m", "-1 N/m"),
-       "x.toml:6:13: ", "'stiffness' must not be less than 0"},
-      {"zero mass", scene_with("[coupling]", "[device.hand]\nmass = \"0 g\"\n[coupling]"),
-       "x.toml:6:8: ", "'mass' must be greater than 0"},
-      {"negative rate", scene_with("[coupling]", "[servo]\nrate = \"-1 kHz\"\n[coupling]"),
-       "x.toml:6:8: ", "'rate' is out of range"},
-      {"bare NaN", scene_with("[coupling]", "[map]\nmotion_scale = nan\n[coupling]"),
-       "x.toml:6:16: ", "is not a finite number"},
-      {"quoted number", scene_with("[coupling]", "[map]\nforce_scale = \"2\"\n[coupling]"),
-       "x.toml:6:15: ", "'force_scale' is text, not a number"},
-      {"table for a quantity", scene_with("\"800 N/m\"", "{a = 1}"),
-       "x.toml:6:13: ", "is a table, not text with a unit"},
-      {"table wanted", scene_with("[coupling]\nstiffness = \"800 N/m\"\n", "hand = 3\n"),
-       "x.toml:5:8: ", "'hand' is a number, not a table"},
-      {"unknown key", scene_with("stiffness", "stifness"),
-       "x.toml:6:1: ", "unknown key 'stifness' in [coupling]; did you mean 'stiffness'?"},
-      {"unknown key, nothing like it", scene_with("stiffness", "colour"),
-       "x.toml:6:1: ", "unknown key 'colour' in [coupling]; known here: stiffness, damping"},
-      {"unknown section", scene_with("[coupling]", "[copling]"),
-       "x.toml:5:2: ", "did you mean 'coupling'?"},
-      {"unknown key of an object", scene_with("", "extend = 1\n"),
-       "x.toml:11:1: ", "in [[object]]; did you mean 'extent'?"},
-      {"unknown word", scene_with("simulated-hand", "simulatedhand"),
-       "x.toml:4:8: ", "'kind' is 'simulatedhand'; did you mean 'simulated-hand'?"},
-      {"missing name", scene_with("name = \"test\"\n", ""),
-       "x.toml:1:1: ", "[session] has no 'name'; add for example name = \"bunny\""},
-      {"missing section", scene_with("[device]\nkind = \"simulated-hand\"\n", ""),
-       "x.toml:1:1: ", "has no 'device'"},
-      {"nothing at all", "", "x.toml:1:1: ", "has no 'session'"},
-      {"missing extent", scene_with("extent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n", ""),
-       "x.toml:7:1: ", "[[object]] has no 'extent'"},
-      {"two lengths of three", scene_with(", \"0.08 m\"", ""),
-       "x.toml:10:10: ", "'extent' must be 3 values"},
-      {"a bad length of three", scene_with("8 cm", "8 kg"),
-       "x.toml:10:20: ", "is a mass, not a length"},
-      {"flat box", scene_with("8 cm", "0 cm"), "x.toml:10:20: ", "must be greater than 0"},
-      {"duplicate object", scene_with("", kScene.substr(kScene.find("[[object"))),
-       "x.toml:12:8: ", "'name' is used twice ('block')"},
-      {"single brackets", scene_with("[[object]]", "[object]"),
-       "x.toml:7:1: ", "write [[object]] in double brackets"},
-      {"neither mesh nor primitive", scene_with("primitive = \"box\"\n", ""),
-       "x.toml:7:1: ", "[[object]] has no 'mesh'"},
-      {"no axis", scene_with("", "rotation = {angle = \"1 deg\"}\n"),
-       "x.toml:11:12: ", "[object.rotation] has no 'axis'"},
-      {"axis without direction",
-       scene_with("", "rotation = {axis = [0, 0, 0], angle = \"1 rad\"}\n"),
-       "x.toml:11:20: ", "has no direction"},
-      {"long quaternion", scene_with("", "rotation = {quaternion = [0, 0, 0, 2]}\n"),
-       "x.toml:11:26: ", "has not length 1"},
-      {"session name that no socket can have", scene_with("name = \"test\"", "name = \"a test\""),
-       "x.toml:2:8: ", "'name' cannot be the name of a session; use 1 to 32 letters"},
-      {"scene slower than poses are carried",
-       scene_with("[coupling]", "[sim]\nrate = \"10 Hz\"\n[coupling]"),
-       "x.toml:6:8: ", "'rate' is out of range"},
-      {"motion that does not move",
-       scene_with("", "motion = {kind = \"static\", frequency = \"1 Hz\"}\n"),
-       "x.toml:11:28: ", "unknown key 'frequency' in [object.motion]"},
-      {"motion without frequency",
-       scene_with("", "motion = {kind = \"oscillate\", amplitude = \"5 mm\"}\n"),
-       "x.toml:11:10: ", "[object.motion] has no 'frequency'"},
-      {"button out of range", scene_with("[coupling]", "[map]\nclutch_button = 32\n[coupling]"),
-       "x.toml:6:17: ", "whole number from 0 to 31"},
-      {"unknown way to wake", scene_with("[coupling]", "[servo]\nwake = \"spin\"\n[coupling]"),
-       "x.toml:6:8: ", "'wake' is 'spin'; known here: sleep, hybrid"},
-      {"flag as text", scene_with("name = \"test\"", "name = \"test\"\nrealtime = \"no\""),
-       "x.toml:3:12: ", "'realtime' is text; write true or false"},
-      {"long name", scene_with("\"test\"", "\"" + std::string(64, 'a') + "\""),
-       "x.toml:2:8: ", "'name' is longer than 63 characters"},
-      {"empty name", scene_with("\"test\"", "\"\""), "x.toml:2:8: ", "'name' is empty"},
-      {"replay without a table", scene_with("simulated-hand", "replay"),
-       "x.toml:3:1: ", "[device] has no 'replay'"},
-      {"serial device without a table", scene_with("simulated-hand", "woodenhaptics"),
-       "x.toml:3:1: ", "[device] has no 'serial'; add for example [device.serial] with path"},
-      {"serial device without a node",
-       scene_with("[coupling]", "[device.serial]\nmax_current = \"1 A\"\n[coupling]"),
-       "x.toml:5:1: ", "[device.serial] has no 'path'"},
-      {"more current than the firmware takes",
-       scene_with("[coupling]",
+      {scene_with("\"800 N/m\"", "800"),
+       "6:13: ", "'stiffness' needs a unit; write for example \"800 N/m\""},
+      {scene_with("\"800 N/m\"", "\"800\""),
+       "6:13: ", "needs a unit; write for example \"800 N/m\""},
+      {scene_with("800 N/m", "800 mm"), "6:13: ", "is a length, not a stiffness"},
+      {scene_with("stiffness = \"800 N/m\"", "rotational_stiffness = \"1 N·m\""),
+       "6:24: ", "is a torque, not a rotational stiffness"},
+      {scene_with("800 N/m", "800 lbf/in"), "6:13: ", "has an unknown unit"},
+      {scene_with("800 N/m", "stiff"), "6:13: ", "does not begin with a number"},
+      {scene_with("800 N/m", "nan N/m"), "6:13: ", "is not a finite number"},
+      {scene_with("800 N/m", "inf N/m"), "6:13: ", "is not a finite number"},
+      {scene_with("800 N/m", "1e999 N/m"), "6:13: ", "too large"},
+      {scene_with("800 N/m", "-1 N/m"), "6:13: ", "'stiffness' must not be less than 0"},
+      {scene_with("[coupling]", "[device.hand]\nmass = \"0 g\"\n[coupling]"),
+       "6:8: ", "'mass' must be greater than 0"},
+      {scene_with("[coupling]", "[servo]\nrate = \"-1 kHz\"\n[coupling]"),
+       "6:8: ", "'rate' is out of range"},
+      {scene_with("[coupling]", "[map]\nmotion_scale = nan\n[coupling]"),
+       "6:16: ", "is not a finite number"},
+      {scene_with("[coupling]", "[map]\nforce_scale = \"2\"\n[coupling]"),
+       "6:15: ", "'force_scale' is text, not a number"},
+      {scene_with("\"800 N/m\"", "{a = 1}"), "6:13: ", "is a table, not text with a unit"},
+      {scene_with("[coupling]\nstiffness = \"800 N/m\"\n", "hand = 3\n"),
+       "5:8: ", "'hand' is a number, not a table"},
+      {scene_with("stiffness", "stifness"),
+       "6:1: ", "unknown key 'stifness' in [coupling]; did you mean 'stiffness'?"},
+      {scene_with("stiffness", "colour"),
+       "6:1: ", "unknown key 'colour' in [coupling]; known here: stiffness, damping"},
+      {scene_with("[coupling]", "[copling]"), "5:2: ", "did you mean 'coupling'?"},
+      {scene_with("", "extend = 1\n"), "11:1: ", "in [[object]]; did you mean 'extent'?"},
+      {scene_with("simulated-hand", "simulatedhand"),
+       "4:8: ", "'kind' is 'simulatedhand'; did you mean 'simulated-hand'?"},
+      {scene_with("name = \"test\"\n", ""),
+       "1:1: ", "[session] has no 'name'; add for example name = \"bunny\""},
+      {scene_with("[device]\nkind = \"simulated-hand\"\n", ""), "1:1: ", "has no 'device'"},
+      {"", "1:1: ", "has no 'session'"},
+      {scene_with("extent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n", ""),
+       "7:1: ", "[[object]] has no 'extent'"},
+      {scene_with(", \"0.08 m\"", ""), "10:10: ", "'extent' must be 3 values"},
+      {scene_with("8 cm", "8 kg"), "10:20: ", "is a mass, not a length"},
+      {scene_with("8 cm", "0 cm"), "10:20: ", "must be greater than 0"},
+      {scene_with("", kScene.substr(kScene.find("[[object"))),
+       "12:8: ", "'name' is used twice ('block')"},
+      {scene_with("[[object]]", "[object]"), "7:1: ", "write [[object]] in double brackets"},
+      {scene_with("primitive = \"box\"\n", ""), "7:1: ", "[[object]] has no 'mesh'"},
+      {scene_with("", "rotation = {angle = \"1 deg\"}\n"),
+       "11:12: ", "[object.rotation] has no 'axis'"},
+      {scene_with("", "rotation = {axis = [0, 0, 0], angle = \"1 rad\"}\n"),
+       "11:20: ", "has no direction"},
+      {scene_with("", "rotation = {quaternion = [0, 0, 0, 2]}\n"), "11:26: ", "has not length 1"},
+      {scene_with("name = \"test\"", "name = \"a test\""),
+       "2:8: ", "'name' cannot be the name of a session; use 1 to 32 letters"},
+      {scene_with("[coupling]", "[sim]\nrate = \"10 Hz\"\n[coupling]"),
+       "6:8: ", "'rate' is out of range"},
+      {scene_with("", "motion = {kind = \"static\", frequency = \"1 Hz\"}\n"),
+       "11:28: ", "unknown key 'frequency' in [object.motion]"},
+      {scene_with("", "motion = {kind = \"oscillate\", amplitude = \"5 mm\"}\n"),
+       "11:10: ", "[object.motion] has no 'frequency'"},
+      {scene_with("[coupling]", "[map]\nclutch_button = 32\n[coupling]"),
+       "6:17: ", "whole number from 0 to 31"},
+      {scene_with("[coupling]", "[servo]\nwake = \"spin\"\n[coupling]"),
+       "6:8: ", "'wake' is 'spin'; known here: sleep, hybrid"},
+      {scene_with("name = \"test\"", "name = \"test\"\nrealtime = \"no\""),
+       "3:12: ", "'realtime' is text; write true or false"},
+      {scene_with("\"test\"", "\"" + std::string(64, 'a') + "\""),
+       "2:8: ", "'name' is longer than 63 characters"},
+      {scene_with("\"test\"", "\"\""), "2:8: ", "'name' is empty"},
+      {scene_with("simulated-hand", "replay"), "3:1: ", "[device] has no 'replay'"},
+      {scene_with("simulated-hand", "woodenhaptics"),
+       "3:1: ", "[device] has no 'serial'; add for example [device.serial] with path"},
+      {scene_with("[coupling]", "[device.serial]\nmax_current = \"1 A\"\n[coupling]"),
+       "5:1: ", "[device.serial] has no 'path'"},
+      {scene_with("[coupling]",
                   "[device.serial]\npath = \"/dev/x\"\nmax_current = \"6.1 A\"\n[coupling]"),
-       "x.toml:7:15: ", "'max_current' is out of range"},
-      {"not TOML", scene_with("= \"test\"", "= test"), "x.toml:2:", "not TOML: "},
-      {"a key twice", scene_with("", "name = \"b\"\n"), "x.toml:11:", "not TOML: "},
+       "7:15: ", "'max_current' is out of range"},
+      {scene_with("= \"test\"", "= test"), "2:", "not TOML: "},
+      {scene_with("", "name = \"b\"\n"), "11:", "not TOML: "},
   }));
-  CAPTURE(bad.what);
-  const std::string error = error_of(bad.text);
-  CHECK_THAT(error, Catch::StartsWith(bad.place));
-  CHECK_THAT(error, Catch::Contains(bad.says));
-  CHECK(error.find('\n') == std::string::npos);
+  bad.check();
 }
 
 TEST_CASE("config: a serial device is read with its units, the examples in configs are sound") {
-  const SessionConfig config = parse_config(
-      scene_with("kind = \"simulated-hand\"\n",
-                 "kind = \"woodenhaptics\"\n[device.serial]\npath = \"/dev/ttyACM7\"\n"
-                 "max_current = \"2500 mA\"\n[device.hand.intent]\ndirection = [0, 3, 4]\n"),
-      "x.toml");
+  const SessionConfig config =
+      session_with("kind = \"simulated-hand\"\n",
+                   "kind = \"woodenhaptics\"\n[device.serial]\npath = \"/dev/ttyACM7\"\n"
+                   "max_current = \"2500 mA\"\n[device.hand.intent]\ndirection = [0, 3, 4]\n");
   CHECK(config.device.kind == DeviceKind::kWoodenHaptics);
   CHECK(view(config.device.serial.path) == "/dev/ttyACM7");
   CHECK(config.device.serial.max_current == 2.5);
@@ -324,7 +275,7 @@ TEST_CASE("config: one object too many is refused at its place") {
 
 TEST_CASE("config: a rotation by axis and angle is the quaternion of the half angle") {
   const SessionConfig config =
-      parse_config(scene_with("", "rotation = {axis = [0, 0, 2], angle = \"90 deg\"}\n"), "x.toml");
+      session_with("", "rotation = {axis = [0, 0, 2], angle = \"90 deg\"}\n");
   const Quat q = config.objects[0].X_WO.q;
   const double half = std::sqrt(0.5);
   CHECK(std::abs(q.z - half) <= test::tol(1e-15));
@@ -334,10 +285,9 @@ TEST_CASE("config: a rotation by axis and angle is the quaternion of the half an
 TEST_CASE("config: a mesh is looked for beside the file first, then in the mesh folders") {
   const test::TemporaryFolder scene_folder, mesh_folder;
   const fs::path scenes = scene_folder.path(), meshes = mesh_folder.path();
-  const Environment environment("HAPTICD_MESHES", meshes.string());
+  const test::Environment environment("HAPTICD_MESHES", meshes.string());
   const std::string object =
-      scene_with("primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n",
-                 "mesh = \"shape_of_test.off\"\nunit = \"mm\"\nsize = \"100 mm\"\n");
+      scene_with(kBox, "mesh = \"shape_of_test.off\"\nunit = \"mm\"\nsize = \"100 mm\"\n");
   const auto mesh_of = [&](const std::string& text) {
     return std::string(view(parse_config(text, (scenes / "x.toml").string()).objects[0].mesh));
   };
@@ -358,32 +308,31 @@ TEST_CASE("config: a mesh must state its unit and size") {
   const test::TemporaryFolder temporary;
   const fs::path meshes = temporary.path();
   touch(meshes / "shape_of_test.off");
-  const Environment environment("HAPTICD_MESHES", meshes.string());
+  const test::Environment environment("HAPTICD_MESHES", meshes.string());
   const std::string mesh = "mesh = \"shape_of_test.off\"\n";
-  const std::string box = "primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";
-  CHECK_THAT(error_of(scene_with(box, mesh + "size = \"1 cm\"\n")),
+  CHECK_THAT(error_of(scene_with(kBox, mesh + "size = \"1 cm\"\n")),
              Catch::StartsWith("x.toml:7:1: [[object]] has no 'unit'"));
-  CHECK_THAT(error_of(scene_with(box, mesh + "unit = \"any\"\n")),
+  CHECK_THAT(error_of(scene_with(kBox, mesh + "unit = \"any\"\n")),
              Catch::StartsWith("x.toml:7:1: [[object]] has no 'size'"));
   // a real unit says how large it is
-  CHECK(parse_config(scene_with(box, mesh + "unit = \"mm\"\n"), "x").objects[0].size == 0);
-  CHECK_THAT(error_of(scene_with(box, mesh + "unit = \"yard\"\nsize = \"1 cm\"\n")),
+  CHECK(session_with(kBox, mesh + "unit = \"mm\"\n").objects[0].size == 0);
+  CHECK_THAT(error_of(scene_with(kBox, mesh + "unit = \"yard\"\nsize = \"1 cm\"\n")),
              Catch::StartsWith("x.toml:10:8: 'unit' is 'yard'; known here: m, mm, cm, in, any"));
   const SessionConfig config =
-      parse_config(scene_with(box, mesh + "unit = \"any\"\nsize = \"1 cm\"\nopen = true\n"), "x");
+      session_with(kBox, mesh + "unit = \"any\"\nsize = \"1 cm\"\nopen = true\n");
   CHECK(config.objects[0].unit == 0);
   CHECK(config.objects[0].size == 0.01);
   CHECK(config.objects[0].allow_open == 1);
 }
 
 TEST_CASE("config: a colour is six hexadecimal digits, and without one objects differ") {
-  const std::string box = "primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";
   const auto with = [&](const std::string& colour) {
-    return scene_with(box, box + "colour = \"" + colour + "\"\n[[object]]\nname = \"b\"\n" + box);
+    return scene_with(kBox,
+                      kBox + "colour = \"" + colour + "\"\n[[object]]\nname = \"b\"\n" + kBox);
   };
   const SessionConfig config = parse_config(with("#fF8001"), "x");
   CHECK(config.objects[0].colour == 0xff8001);
-  CHECK(config.objects[1].colour != parse_config(scene_with("", ""), "x").objects[0].colour);
+  CHECK(config.objects[1].colour != session_with("", "").objects[0].colour);
   const std::string tool =
       "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\ncolour = \"#000001\"\n";
   CHECK(parse_config(scene_with("", "") + tool, "x").tool.colour == 1);
@@ -432,9 +381,8 @@ TEST_CASE("config: a material with a grating and one with an image") {
   const fs::path folder = temporary.path();
   std::ofstream(folder / "grain.pgm") << "P2\n# two by two\n2 2\n15\n0 15\n3 0\n";
   const std::string origin = (folder / "x.toml").string();
-  const std::string box = "primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";
   const auto with = [&](const std::string& material) {
-    return parse_config(scene_with(box, box + "[object.material]\n" + material), origin);
+    return parse_config(scene_with(kBox, kBox + "[object.material]\n" + material), origin);
   };
   SessionConfig config = with(
       "friction_static = 0.5\nfriction_dynamic = 0.4\nfriction_viscous = \"2 N·s/m\"\n"
@@ -481,8 +429,8 @@ TEST_CASE("config: a material with a grating and one with an image") {
 
 TEST_CASE("config: the renderer and its radius") {
   CHECK(parse_config(kScene, "x.toml").renderer == Renderer::kGodObject3);
-  const SessionConfig config = parse_config(
-      scene_with("[coupling]", "[contact]\nproxy_radius = \"2 mm\"\n[coupling]"), "x.toml");
+  const SessionConfig config =
+      session_with("[coupling]", "[contact]\nproxy_radius = \"2 mm\"\n[coupling]");
   CHECK(config.proxy_radius == Approx(2e-3));
 }
 
@@ -501,7 +449,7 @@ TEST_CASE("config: the scenes that are shipped load") {
   const test::TemporaryFolder temporary;
   const fs::path meshes = temporary.path();
   touch(meshes / "bunny00.off");
-  const Environment environment("HAPTICD_MESHES", meshes.string());
+  const test::Environment environment("HAPTICD_MESHES", meshes.string());
   size_t n = 0;
   for (const auto& entry : fs::directory_iterator(test::from_source("configs"))) {
     if (entry.path().extension() != ".toml") continue;
@@ -518,7 +466,7 @@ TEST_CASE("config: what the bunny scene calls a default is the default") {
   const test::TemporaryFolder temporary;
   const fs::path meshes = temporary.path();
   touch(meshes / "bunny00.off");
-  const Environment environment("HAPTICD_MESHES", meshes.string());
+  const test::Environment environment("HAPTICD_MESHES", meshes.string());
   const SessionConfig bunny = load_config(test::from_source("configs/bunny.toml"));
   const SessionConfig defaults;
   CHECK(bunny.servo_rate == defaults.servo_rate);

@@ -5,7 +5,6 @@
 
 #include <catch2/catch.hpp>
 #include <iostream>
-#include <limits>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -21,12 +20,8 @@ namespace {
 /// The error message for a length; empty if it is valid.
 std::string problem_of(const std::string& text, const Range& range = kAny,
                        const std::string& bare_unit = "") {
-  try {
-    parse_quantity(text, Dimension::kLength, range, bare_unit);
-    return "";
-  } catch (const QuantityError& error) {
-    return error.what();
-  }
+  return test::refusal<QuantityError>(
+      [&] { parse_quantity(text, Dimension::kLength, range, bare_unit); });
 }
 
 /// Standard error of a command line with `--size` and `--friction`.

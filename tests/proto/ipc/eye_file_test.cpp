@@ -8,11 +8,11 @@
 
 #include <catch2/catch.hpp>
 #include <cstring>
-#include <functional>
 #include <limits>
 #include <string>
 
 #include "proto/ipc/sealed_file.h"
+#include "tests/support/hostile_text.h"
 
 namespace haptic {
 namespace {
@@ -43,12 +43,7 @@ Bytes by_hand() {
 }
 
 std::string problem_of(const Bytes& bytes) {
-  try {
-    view_eye(bytes);
-    return "";
-  } catch (const EyeError& error) {
-    return error.what();
-  }
+  return test::refusal<EyeError>([&] { view_eye(bytes); });
 }
 
 template <typename T>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How eye files pass from contact through hapticd to clients.
 #include <fcntl.h>
-#include <poll.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -10,25 +9,14 @@
 
 #include "clients/library/client.h"
 #include "proto/ipc/handout_message.h"
+#include "tests/proto/ipc/served.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
 namespace {
 
+using test::serve_until;
 using test::TemporaryRuntimeFolder;
-
-constexpr int64_t kPatienceNs = 60 * kNsPerSecond;  // only a hang takes this long
-
-template <typename Condition>
-bool serve_until(HandoutServer& server, Condition holds) {
-  const int64_t give_up = now_ns() + kPatienceNs;
-  while (!holds()) {
-    if (now_ns() > give_up) return false;
-    server.serve({});
-    sleep_until(now_ns() + 1'000'000);
-  }
-  return true;
-}
 
 FileDescriptor eye_of(uint32_t object, size_t n_vertices = 1) {
   const std::vector<EyePoint> points(n_vertices);

@@ -14,8 +14,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <functional>
-#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -23,15 +21,17 @@
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/handout.h"
 #include "proto/ipc/unix_socket.h"
+#include "tests/proto/ipc/served.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
 namespace {
 
+using test::contains;
+using test::serve_until;
 using test::TemporaryRuntimeFolder;
 
 constexpr uid_t kStranger = 65534;
-constexpr int64_t kPatienceNs = 60 * kNsPerSecond;  // only a hang takes this long
 
 size_t open_descriptors() {
   size_t n = 0;
@@ -56,18 +56,6 @@ void send_descriptors(int socket, size_t size, size_t count) {
   const std::vector<int> zeros(count, STDIN_FILENO);
   std::memcpy(CMSG_DATA(part), zeros.data(), count * sizeof(int));
   REQUIRE(sendmsg(socket, &message, MSG_NOSIGNAL) == static_cast<ssize_t>(size));
-}
-
-/// Serves until the condition holds; false if it never did.
-template <typename Condition>
-bool serve_until(HandoutServer& server, Condition holds) {
-  const int64_t give_up = now_ns() + kPatienceNs;
-  while (!holds()) {
-    if (now_ns() > give_up) return false;
-    server.serve({});
-    sleep_until(now_ns() + 100'000);
-  }
-  return true;
 }
 
 /// Runs the body as another user in a separate process while `meanwhile` is called; returns its
@@ -105,8 +93,7 @@ std::string refusal_of(const FileDescriptor& socket) {
 }  // namespace
 
 TEST_CASE("handout: descriptors that a peer sends are closed, however many come") {
-  const TemporaryRuntimeFolder folder;
-  HandoutServer server("leak");
+  test::Served server("leak");
   const size_t size = GENERATE(sizeof(Announcement), size_t{5}, size_t{1000});
   const size_t count = GENERATE(size_t{1}, size_t{2}, size_t{3}, size_t{200});
   const size_t before = open_descriptors();
@@ -121,8 +108,7 @@ TEST_CASE("handout: descriptors that a peer sends are closed, however many come"
 }
 
 TEST_CASE("handout: a child that sends two descriptors at once leaks none and offers nothing") {
-  const TemporaryRuntimeFolder folder;
-  HandoutServer server("child");
+  test::Served server("child");
   const FileDescriptor child = server.connect_child(SegmentId::kSim, 1);
   const size_t before = open_descriptors();
   int offers = 0;
@@ -144,12 +130,12 @@ TEST_CASE("handout: one user cannot keep others out, and is told that he is one 
       [] {
         std::vector<FileDescriptor> sockets;
         for (int i = 0; i < 70; ++i) sockets.push_back(connect_session("crowd"));
+        // the first to come are served, and hear nothing
         int told = 0;
-        for (const FileDescriptor& socket : sockets) {
-          pollfd waiting{socket.get(), POLLIN, 0};
+        for (auto socket = sockets.rbegin(); told < 10 && socket != sockets.rend(); ++socket) {
+          pollfd waiting{socket->get(), POLLIN, 0};
           poll(&waiting, 1, 200);
-          told += refusal_of(socket).find("user 65534 already watches this session 16 times") == 0;
-          if (told == 10) break;
+          told += refusal_of(*socket).find("user 65534 already watches this session 16 times") == 0;
         }
         // still connected: now the owner connects
         sleep_until(now_ns() + kNsPerSecond / 2);
@@ -259,19 +245,14 @@ TEST_CASE(
   const TemporaryRuntimeFolder folder;
   const std::string path = folder.path() + "/locked.lock";
   const auto message = [] {
-    try {
-      const HandoutServer second("locked");
-    } catch (const HandoutError& error) {
-      return std::string(error.what());
-    }
-    return std::string("no error");
+    return test::refusal<HandoutError>([] { const HandoutServer second("locked"); });
   };
   {
     const HandoutServer server("locked");
     struct stat status {};
     REQUIRE(stat(path.c_str(), &status) == 0);
     CHECK((status.st_mode & 0777) == 0600);
-    CHECK(message().find("hapt stop --session locked") != std::string::npos);
+    CHECK(contains(message(), "hapt stop --session locked"));
   }
   // the lock of a server that is gone, held by another process: no pid is suggested to kill. That
   // pid exists, but its process started later
@@ -286,11 +267,11 @@ TEST_CASE(
     const FileDescriptor probe(open(path.c_str(), O_RDONLY | O_CLOEXEC));
     return flock(probe.get(), LOCK_EX | LOCK_NB) != 0;
   };
-  while (!is_held()) sleep_until(now_ns() + 1'000'000);
+  CHECK(test::wait_until(is_held));
   const std::string what = message();
-  CHECK(what.find("no running hapticd") != std::string::npos);
-  CHECK(what.find("fuser " + path) != std::string::npos);
-  CHECK(what.find("kill") == std::string::npos);
+  CHECK(contains(what, "no running hapticd"));
+  CHECK(contains(what, "fuser " + path));
+  CHECK_FALSE(contains(what, "kill"));
   kill(holder, SIGKILL);
   waitpid(holder, nullptr, 0);
 }

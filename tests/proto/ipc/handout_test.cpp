@@ -11,35 +11,24 @@
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <fstream>
-#include <functional>
 #include <memory>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "tests/proto/ipc/served.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
 namespace {
 
+using test::contains;
+using test::refusal;
+using test::serve_until;
 using test::TemporaryRuntimeFolder;
 using SimRing = RingSource<&SimChannels::frames>;
 
 constexpr uint64_t kSimSlots = decltype(SimChannels::frames)::kCapacity;
-constexpr int64_t kPatienceNs = 60 * kNsPerSecond;  // only a hang takes this long
-
-/// Serves until the condition holds.
-template <typename Condition>
-bool serve_until(HandoutServer& server, Condition holds) {
-  const int64_t give_up = now_ns() + kPatienceNs;
-  while (!holds()) {
-    if (now_ns() > give_up) return false;
-    pollfd waiting{server.poll_fd(), POLLIN, 0};
-    poll(&waiting, 1, 1);
-    server.serve({});
-  }
-  return true;
-}
 
 void publish(SegmentWriter<SimChannels>& writer, uint64_t first, uint64_t count) {
   SceneFrame frame{};
@@ -63,19 +52,6 @@ struct Client {
     attachments.start();
   }
 };
-
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const HandoutError& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 /// Forks a writer that publishes frames numbered from 0 without end; stop it by kill().
 class ForkedWriter {
@@ -105,8 +81,7 @@ class ForkedWriter {
 }  // namespace
 
 TEST_CASE("handout: a client gets what was announced before and after it came") {
-  const TemporaryRuntimeFolder folder;
-  HandoutServer server("early");
+  test::Served server("early");
   SegmentWriter<SimChannels> sim(1);
   SegmentWriter<ControlChannels> control(1);
   announce(server, sim);
@@ -123,8 +98,7 @@ TEST_CASE("handout: a client gets what was announced before and after it came") 
 }
 
 TEST_CASE("handout: a late joiner starts at the newest item, or at the oldest that is still safe") {
-  const TemporaryRuntimeFolder folder;
-  HandoutServer server("late");
+  test::Served server("late");
   SegmentWriter<SimChannels> writer(1);
   const uint64_t before = GENERATE(3u, kSimSlots, 5 * kSimSlots);
   publish(writer, 0, before);
@@ -146,8 +120,7 @@ TEST_CASE("handout: a late joiner starts at the newest item, or at the oldest th
 }
 
 TEST_CASE("handout: the old writer's items are read to the end before its successor's") {
-  const TemporaryRuntimeFolder folder;
-  HandoutServer server("restart");
+  test::Served server("restart");
   SegmentWriter<SimChannels> first(1), second(2), third(3);
   announce(server, first);
   Client client("restart");
@@ -200,8 +173,7 @@ TEST_CASE(
   offer_segment(sender.get(), SegmentId::kSim, 1, "sim", first.fd());
   // announcements are processed in order: once this one is there, so are the others
   offer_segment(sender.get(), SegmentId::kControl, 1, "control", last.fd());
-  const int64_t give_up = now_ns() + kPatienceNs;
-  while (controls.channels() == nullptr && now_ns() < give_up) sleep_until(now_ns() + 1'000'000);
+  CHECK(test::wait_until([&] { return controls.channels() != nullptr; }));
   std::vector<uint64_t> seen;
   for (SceneFrame out; frames.next(out);) seen.push_back(out.seq);
   CHECK(seen == std::vector<uint64_t>{10, 20});
@@ -209,8 +181,7 @@ TEST_CASE(
 }
 
 TEST_CASE("handout: a client of another version is told so, and does not wait for ever") {
-  const TemporaryRuntimeFolder folder;
-  HandoutServer server("version");
+  test::Served server("version");
   SegmentWriter<SimChannels> other(1);
   const_cast<SegmentHeader&>(other.header()).abi_major = kAbiMajor + 1;
   announce(server, other);
@@ -221,8 +192,7 @@ TEST_CASE("handout: a client of another version is told so, and does not wait fo
 }
 
 TEST_CASE("handout: losses are exact across generations") {
-  const TemporaryRuntimeFolder folder;
-  HandoutServer server("losses");
+  test::Served server("losses");
   SegmentWriter<SimChannels> first(1), second(2);
   announce(server, first);
   Client client("losses");
@@ -241,8 +211,7 @@ TEST_CASE("handout: losses are exact across generations") {
 }
 
 TEST_CASE("handout: the latest item survives its writer until there is a newer one") {
-  const TemporaryRuntimeFolder folder;
-  HandoutServer server("latest");
+  test::Served server("latest");
   SegmentWriter<SimChannels> first(1), second(2);
   publish(first, 0, 5);
   announce(server, first);
@@ -316,8 +285,7 @@ TEST_CASE("handout: kill -9 of a writer at any moment loses nothing uncounted") 
 }
 
 TEST_CASE("handout: a generation is unmapped once its reader has gone on, not before") {
-  const TemporaryRuntimeFolder folder;
-  HandoutServer server("retire");
+  test::Served server("retire");
   SegmentWriter<SimChannels> first(1), second(2);
   publish(first, 1, 1);
   announce(server, first);
@@ -347,8 +315,7 @@ TEST_CASE("handout: a generation is unmapped once its reader has gone on, not be
 }
 
 TEST_CASE("handout: a stuck client is dropped and the others are served") {
-  const TemporaryRuntimeFolder folder;
-  HandoutServer server("stuck");
+  test::Served server("stuck");
   SegmentWriter<ContactChannels> contact(1);
   const FileDescriptor stuck = connect_session("stuck");
   Attachments attachments(connect_session("stuck"));
@@ -376,8 +343,7 @@ TEST_CASE("handout: a stuck client is dropped and the others are served") {
 }
 
 TEST_CASE("handout: only a child may offer a segment, and only its own") {
-  const TemporaryRuntimeFolder folder;
-  HandoutServer server("offers");
+  test::Served server("offers");
   SegmentWriter<SimChannels> writer(4);
   int offers = 0;
   const auto count = [&](const Announcement&, int) { ++offers; };
@@ -404,8 +370,7 @@ TEST_CASE("handout: only a child may offer a segment, and only its own") {
 
 TEST_CASE(
     "handout: a second writer of a segment is connected beside the first until that is dead") {
-  const TemporaryRuntimeFolder folder;
-  HandoutServer server("spare");
+  test::Served server("spare");
   SegmentWriter<SimChannels> first(1), second(2);
   uint64_t newest = 0;
   const auto note = [&](const Announcement& offer, int) { newest = offer.generation; };
@@ -429,8 +394,7 @@ TEST_CASE(
 }
 
 TEST_CASE("handout: junk from a client costs that client its connection") {
-  const TemporaryRuntimeFolder folder;
-  HandoutServer server("junk");
+  test::Served server("junk");
   const FileDescriptor client = connect_session("junk");
   REQUIRE(serve_until(server, [&] { return server.n_clients() == 1; }));
   REQUIRE(send(client.get(), "hello", 5, MSG_NOSIGNAL) == 5);
@@ -450,16 +414,14 @@ TEST_CASE("handout: a client that leaves is forgotten, one that is told so knows
   attachments.start();
   REQUIRE(serve_until(*server, [&] { return server->n_clients() == 1; }));
   server.reset();
-  const int64_t give_up = now_ns() + kPatienceNs;
-  while (!closed && now_ns() < give_up) sleep_until(now_ns() + 1'000'000);
-  CHECK(closed);
+  CHECK(test::wait_until([&] { return closed.load(); }));
   CHECK_FALSE(attachments.is_connected());
 }
 
 TEST_CASE("handout: a second server of the same name is told which process is in the way") {
   const TemporaryRuntimeFolder folder;
   auto first = std::make_unique<HandoutServer>("twin");
-  const std::string what = message_of([] { const HandoutServer second("twin"); });
+  const std::string what = refusal<HandoutError>([] { const HandoutServer second("twin"); });
   CHECK(contains(what, "'twin' runs already"));
   CHECK(contains(what, "pid " + std::to_string(getpid())));
   CHECK(contains(what, "--session"));
@@ -476,9 +438,8 @@ TEST_CASE("handout: the socket a killed server left behind is replaced") {
     for (;;) pause();
   }
   const std::string socket = folder.path() + "/phoenix.sock";
-  while (access(socket.c_str(), F_OK) != 0 || running_sessions().empty()) {
-    sleep_until(now_ns() + 1'000'000);
-  }
+  CHECK(test::wait_until(
+      [&] { return access(socket.c_str(), F_OK) == 0 && !running_sessions().empty(); }));
   kill(pid, SIGKILL);
   waitpid(pid, nullptr, 0);
   CHECK(access(socket.c_str(), F_OK) == 0);
@@ -489,17 +450,17 @@ TEST_CASE("handout: the socket a killed server left behind is replaced") {
 
 TEST_CASE("handout: a client that finds no session is told what runs and how to start one") {
   const TemporaryRuntimeFolder folder;
-  CHECK(contains(message_of([] { connect_session("absent"); }),
+  CHECK(contains(refusal<HandoutError>([] { connect_session("absent"); }),
                  "no session 'absent' is running (looked in "));
-  CHECK(contains(message_of([] { connect_session(""); }), "hapticd CONFIG.toml"));
+  CHECK(contains(refusal<HandoutError>([] { connect_session(""); }), "hapticd CONFIG.toml"));
   const HandoutServer one("one");
   CHECK_NOTHROW(connect_session(""));
   const HandoutServer two("two");
-  const std::string what = message_of([] { connect_session("absent"); });
+  const std::string what = refusal<HandoutError>([] { connect_session("absent"); });
   CHECK(contains(what, "no session 'absent'"));
   CHECK(contains(what, "running: one, two"));
   CHECK(contains(what, "hapticd CONFIG.toml --session absent"));
-  CHECK(contains(message_of([] { connect_session(""); }),
+  CHECK(contains(refusal<HandoutError>([] { connect_session(""); }),
                  "several sessions are running (one, two); choose one, as --session one"));
 }
 
@@ -507,20 +468,23 @@ TEST_CASE("handout: names that are no file names are refused") {
   const TemporaryRuntimeFolder folder;
   const std::string name =
       GENERATE("", "../up", "a b", "a/b", "0123456789012345678901234567890123");
-  CHECK(contains(message_of([&] { const HandoutServer server(name); }), "cannot be the name"));
+  CHECK(contains(refusal<HandoutError>([&] { const HandoutServer server(name); }),
+                 "cannot be the name"));
 }
 
 TEST_CASE("handout: a runtime folder of somebody else is refused") {
   const TemporaryRuntimeFolder folder;
   chmod(folder.path().c_str(), 0777);
-  CHECK(contains(message_of([] { const HandoutServer server("x"); }), "written by others"));
+  CHECK(contains(refusal<HandoutError>([] { const HandoutServer server("x"); }),
+                 "written by others"));
   chmod(folder.path().c_str(), 0700);
   if (geteuid() != 0) {
     WARN("SKIPPED: only root can give a folder away");
     return;
   }
   REQUIRE(chown(folder.path().c_str(), 65534, 65534) == 0);
-  CHECK(contains(message_of([] { const HandoutServer server("x"); }), "belongs to user 65534"));
+  CHECK(contains(refusal<HandoutError>([] { const HandoutServer server("x"); }),
+                 "belongs to user 65534"));
   REQUIRE(chown(folder.path().c_str(), 0, 0) == 0);
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proto/log/trace.h"
+#include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -24,12 +25,7 @@ std::string error_of(const std::string& path, double lever_arm = 0) {
   if (lever_arm != 0) assign(config.column, "lever_rad");
   config.lever_arm = lever_arm;
   config.axis_B = {1, 0, 0};
-  try {
-    load_hand_trace(config);
-    return "";
-  } catch (const std::exception& error) {
-    return error.what();
-  }
+  return test::refusal([&] { load_hand_trace(config); });
 }
 
 /// Three ticks of a recording, with the second one changed.

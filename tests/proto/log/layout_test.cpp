@@ -13,6 +13,7 @@
 
 #include "proto/log/trace.h"
 #include "tests/proto/log/mcap_bytes.h"
+#include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -42,12 +43,7 @@ T number_at(const std::vector<std::byte>& record, size_t at) {
 }
 
 std::string refusal(const std::string& ours, const std::string& stored) {
-  try {
-    translate("x/msg/Any", flatten(ours), stored);
-    return "";
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
+  return test::refusal([&] { translate("x/msg/Any", flatten(ours), stored); });
 }
 
 }  // namespace

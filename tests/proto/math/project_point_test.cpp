@@ -6,14 +6,11 @@
 #include <random>
 #include <vector>
 
-#include "tests/support/least_squares.h"
+#include "tests/proto/math/half_spaces.h"
 #include "tests/support/near.h"
 
-using haptic::HalfSpace;
-using haptic::PointProjection;
-using haptic::Vec3;
-using haptic::test::IsNear;
-using haptic::test::tol;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 
@@ -21,41 +18,7 @@ constexpr double kAlgebra = 1e-12;  // relative, coordinates of size one
 
 Vec3 random_unit(std::mt19937_64& rng) {
   std::normal_distribution<double> gauss;
-  return haptic::normalized(Vec3{gauss(rng), gauss(rng), gauss(rng)});
-}
-
-/// Oracle: every subset of at most three planes, solved by Eigen's QR, the nearest feasible point.
-Vec3 brute_force(const Vec3& p, const std::vector<HalfSpace>& h) {
-  const int m = static_cast<int>(h.size());
-  double best = std::numeric_limits<double>::infinity();
-  Vec3 best_x = p;
-  auto consider = [&](const Vec3& x) {
-    for (const HalfSpace& s : h) {
-      if (dot(s.normal, x) < s.offset - 1e-9) return;
-    }
-    if (norm(x - p) < best) best = norm(x - p), best_x = x;
-  };
-  consider(p);
-  for (int i = 0; i < m; ++i) {
-    for (int j = i; j < m; ++j) {
-      for (int k = j; k < m; ++k) {
-        std::vector<int> s{i};
-        if (j > i) s.push_back(j);
-        if (k > j && j > i) s.push_back(k);
-        if (k > j && j == i) continue;
-        Eigen::MatrixXd n(s.size(), 3);
-        Eigen::VectorXd gap(s.size());
-        for (size_t r = 0; r < s.size(); ++r) {
-          const HalfSpace& a = h[static_cast<size_t>(s[r])];
-          n.row(static_cast<long>(r)) << a.normal.x, a.normal.y, a.normal.z;
-          gap(static_cast<long>(r)) = a.offset - dot(a.normal, p);
-        }
-        const Eigen::Vector3d step = haptic::test::shortest_solution(n, gap);
-        consider(p + Vec3{step.x(), step.y(), step.z()});
-      }
-    }
-  }
-  return best_x;
+  return normalized(Vec3{gauss(rng), gauss(rng), gauss(rng)});
 }
 
 }  // namespace
@@ -98,7 +61,7 @@ TEST_CASE("project: prism of three dependent normals falls back to two planes", 
 TEST_CASE("project: the same plane many times is one plane", "[math]") {
   std::vector<HalfSpace> h;
   for (int i = 0; i < 64; ++i) {
-    h.push_back({haptic::normalized(Vec3{1e-16 * i, 0, 1}), 1e-18 * i});
+    h.push_back({normalized(Vec3{1e-16 * i, 0, 1}), 1e-18 * i});
   }
   const PointProjection r = project_onto_half_spaces({0.3, 0.2, -0.01}, h);
   CHECK(r.converged);
@@ -117,7 +80,7 @@ TEST_CASE("project: shallow valleys are solved at any depth", "[math][property]"
   std::mt19937_64 rng(11);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (int trial = 0; trial < 20000; ++trial) {
-    const Vec3 up = random_unit(rng), across = haptic::normalized(cross(up, random_unit(rng)));
+    const Vec3 up = random_unit(rng), across = normalized(cross(up, random_unit(rng)));
     const double half = 0.5 * std::pow(10, -3 + 2 * uniform(rng));  // 0.001 to 0.1 rad, halved
     const Vec3 bottom = 0.05 * random_unit(rng);
     const Vec3 a = std::cos(half) * up + std::sin(half) * across;
@@ -157,7 +120,7 @@ TEST_CASE("project: random half-spaces agree with brute force and satisfy KKT",
     const PointProjection r = project_onto_half_spaces(p, h);
     CAPTURE(trial, p.x, p.y, p.z, h.size());
     REQUIRE(r.converged);
-    CHECK(norm(r.x - brute_force(p, h)) <= tol(1e-7));
+    CHECK(norm(r.x - nearest_by_enumeration(h, p)) <= tol(1e-7));
     Vec3 push = r.x - p;
     for (int i = 0; i < r.n_active; ++i) {
       const auto k = static_cast<size_t>(i);

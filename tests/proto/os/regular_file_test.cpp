@@ -18,6 +18,7 @@
 #include "proto/log/hand_trace.h"
 #include "proto/log/mcap.h"
 #include "proto/log/trace.h"
+#include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -36,34 +37,23 @@ struct Kinds {
   Kinds() { REQUIRE(mkfifo(pipe.c_str(), 0600) == 0); }
 };
 
-std::string error_of(const std::function<void()>& use) {
-  try {
-    use();
-    return "";
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-}
-
-ReplayConfig replay_of(const std::string& path) {
-  ReplayConfig config;
-  assign(config.path, path);
-  return config;
-}
-
 }  // namespace
 
 TEST_CASE("files: a pipe, a device, a socket and a folder are no recording, config or table") {
   const Kinds kinds;
   const std::vector<std::function<void(const std::string&)>> readers{
       [](const std::string& path) { load_config(path); },
-      [](const std::string& path) { load_hand_trace(replay_of(path)); },
+      [](const std::string& path) {
+        ReplayConfig config;
+        assign(config.path, path);
+        load_hand_trace(config);
+      },
       [](const std::string& path) { CsvReader reader(path); },
       [](const std::string& path) { McapReader reader(path); },
       [](const std::string& path) { read_height_image(path); }};
   for (const auto& [path, says] : kinds.all) {
     for (size_t i = 0; i < readers.size(); ++i) {
-      const std::string error = error_of([&, &path = path] { readers[i](path); });
+      const std::string error = test::refusal([&, &path = path] { readers[i](path); });
       CAPTURE(i, path, error);
       CHECK(error.starts_with(path));
       CHECK(error.find(says) != std::string::npos);
@@ -77,7 +67,7 @@ TEST_CASE("files: a recording is written to a file and to nothing else") {
   auto all = kinds.all;
   all.emplace_back("/dev/null", "is a device");
   for (const auto& [path, says] : all) {
-    const std::string error = error_of([&path = path] { TraceWriter(path, {}); });
+    const std::string error = test::refusal([&path = path] { TraceWriter(path, {}); });
     CAPTURE(path, error);
     CHECK(error == path + ": " + says + ", and a recording needs a file; name one (.mcap)");
   }
@@ -105,12 +95,12 @@ TEST_CASE("files: a session file has a longest length") {
   // the deepest nesting that fits; the parser is recursive
   std::string deep;
   while (deep.size() + 6 < kMostConfigText) deep += "a.";
-  CHECK_THAT(error_of([&] { parse_config(deep + "b = 1", path); }),
+  CHECK_THAT(test::refusal([&] { parse_config(deep + "b = 1", path); }),
              Catch::Contains("the file has no 'session'"));
-  CHECK_THAT(error_of([&] { parse_config(deep + deep + "b = 1", path); }),
+  CHECK_THAT(test::refusal([&] { parse_config(deep + deep + "b = 1", path); }),
              Catch::StartsWith(path + ": has more than 32 KiB"));
   std::ofstream(path, std::ios::app) << '#';
-  CHECK_THAT(error_of([&] { load_config(path); }),
+  CHECK_THAT(test::refusal([&] { load_config(path); }),
              Catch::StartsWith(path + ": has more than 32 KiB; name a session file"));
 }
 
@@ -120,7 +110,7 @@ TEST_CASE("csv: a line has a longest length, and a zero byte does not end it") {
   std::ofstream(path) << "a,b\n1,2\n" << std::string(70'000, '7') << ",1\n";
   CsvReader reader(path);
   REQUIRE(reader.next());
-  CHECK_THAT(error_of([&] { reader.next(); }),
+  CHECK_THAT(test::refusal([&] { reader.next(); }),
              Catch::StartsWith(path + ":3: is longer than 65536 characters"));
   std::ofstream(path) << "a,b\n1" << '\0' << ",2\n";
   CsvReader other(path);

@@ -7,10 +7,8 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-using haptic::FacetBins;
-using haptic::MeshShapeData;
-using haptic::Vec3;
-using haptic::test::tol;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 
@@ -19,20 +17,20 @@ constexpr double kRadius = 2e-3;
 }  // namespace
 
 TEST_CASE("eval place: behind a surface, by the nearest facet", "[lab]") {
-  const MeshShapeData box = haptic::build_shape(haptic::make_box({0.1, 0.1, 0.1}));
+  const MeshShapeData box = build_shape(make_box({0.1, 0.1, 0.1}));
   const FacetBins facets(box.view().mesh);
   CHECK(behind_surface(facets, {0.01, 0.02, 0.049}, 0, 0.01).depth == Approx(0.001));
   CHECK(behind_surface(facets, {0.01, 0.02, 0.051}, 0, 0.01).depth == 0);
   CHECK(behind_surface(facets, {0.01, 0.02, 0.051}, 0, 0.01).is_known);
   CHECK_FALSE(behind_surface(facets, {0, 0, 0}, 0, 0.01).is_known);
-  const MeshShapeData plane = haptic::build_shape(haptic::make_grid(0.1, 5));
+  const MeshShapeData plane = build_shape(make_grid(0.1, 5));
   const FacetBins open(plane.view().mesh);
   CHECK(behind_surface(open, {0.01, 0.02, -0.001}, 0, 0.01).depth == Approx(0.001));
   CHECK_FALSE(behind_surface(open, {0.101, 0.02, -0.001}, 0, 0.01).is_known);
 }
 
 TEST_CASE("eval place: a sphere nearer than its radius, beside a border too", "[lab]") {
-  const MeshShapeData box = haptic::build_shape(haptic::make_box({0.1, 0.1, 0.1}));
+  const MeshShapeData box = build_shape(make_box({0.1, 0.1, 0.1}));
   const FacetBins facets(box.view().mesh);
   CHECK(behind_surface(facets, {0.01, 0.02, 0.0521}, kRadius, 0.01).depth == 0);
   CHECK(behind_surface(facets, {0.01, 0.02, 0.0515}, kRadius, 0.01).depth == Approx(0.5e-3));
@@ -40,7 +38,7 @@ TEST_CASE("eval place: a sphere nearer than its radius, beside a border too", "[
   // next to the edge x = z = 50 mm, 1.4 mm away
   CHECK(behind_surface(facets, {0.051, 0.02, 0.051}, kRadius, 0.01).depth ==
         Approx(kRadius - std::sqrt(2.0) * 1e-3));
-  const MeshShapeData plane = haptic::build_shape(haptic::make_grid(0.1, 5));
+  const MeshShapeData plane = build_shape(make_grid(0.1, 5));
   const FacetBins open(plane.view().mesh);
   CHECK(behind_surface(open, {0.101, 0.02, -0.0005}, kRadius, 0.01).depth ==
         Approx(kRadius - std::sqrt(1.25) * 1e-3));
@@ -48,7 +46,7 @@ TEST_CASE("eval place: a sphere nearer than its radius, beside a border too", "[
 
 TEST_CASE("eval place: at rest on a face, not beside its foot", "[lab]") {
   const double radius = GENERATE(0.0, 2e-3);
-  const MeshShapeData box = haptic::build_shape(haptic::make_box({0.1, 0.1, 0.1}));
+  const MeshShapeData box = build_shape(make_box({0.1, 0.1, 0.1}));
   const FacetBins facets(box.view().mesh);
   const Vec3 tool{0.01, 0.02, 0.045};
   const Vec3 foot{0.01, 0.02, 0.05 + radius};
@@ -63,10 +61,10 @@ TEST_CASE("eval place: at rest on a face, not beside its foot", "[lab]") {
 TEST_CASE("eval place: at rest in a corner of two walls", "[lab]") {
   // the cone of two normals: pressed into both it rests, along one it does not
   const double radius = GENERATE(0.0, 2e-3);
-  haptic::Soup soup;
+  Soup soup;
   soup.vertices = {{0, -1, 0}, {0, 1, 0}, {1, 1, 0}, {1, -1, 0}, {0, -1, 1}, {0, 1, 1}};
   soup.triangles = {{0, 3, 2}, {0, 2, 1}, {0, 1, 5}, {0, 5, 4}};
-  const MeshShapeData corner = haptic::build_shape(std::move(soup));
+  const MeshShapeData corner = build_shape(std::move(soup));
   const FacetBins facets(corner.view().mesh);
   const Vec3 rest{radius, 0.1, radius};
   CHECK(free_descent(facets, rest, rest + Vec3{-1e-3, 0, -2e-3}, radius) <= tol(1e-15));
@@ -75,7 +73,7 @@ TEST_CASE("eval place: at rest in a corner of two walls", "[lab]") {
 }
 
 TEST_CASE("eval place: a sphere rests on an edge where the tool is straight below", "[lab]") {
-  const MeshShapeData box = haptic::build_shape(haptic::make_box({0.1, 0.1, 0.1}));
+  const MeshShapeData box = build_shape(make_box({0.1, 0.1, 0.1}));
   const FacetBins facets(box.view().mesh);
   const Vec3 edge{0.05, 0, 0.05}, out{0.6, 0, 0.8}, aside{0.8, 0, -0.6};
   const Vec3 rest = edge + kRadius * out;

@@ -33,7 +33,10 @@ TEST_CASE("eval slow contact: no sawtooth over a ball at any rate of contact", "
     const SlowRun fresh = run_slowly(ball, renderer, 1);
     const Slowness alone = compare_runs(ball, fresh, fresh);
     CHECK(alone.mean > 0.05);
-    for (const uint32_t period : {5u, 20u}) {
+    // 50 Hz; with HAPTIC_TORTURE_SCALE = 2 also 200 Hz
+    std::vector<uint32_t> periods{20};
+    if (torture_scale() > 1) periods.push_back(5);
+    for (const uint32_t period : periods) {
       const Slowness found = compare_runs(ball, fresh, run_slowly(ball, renderer, period));
       CAPTURE(renderer.name, period, alone.rough, found.rough, found.error, found.mean, found.most);
       // stable

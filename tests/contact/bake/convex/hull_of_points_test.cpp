@@ -7,6 +7,7 @@
 
 #include "proto/math/pose.h"
 #include "proto/os/message.h"
+#include "tests/support/convex/hulls.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
@@ -17,11 +18,6 @@ namespace {
 
 constexpr double kSize = 0.04;               // of the shapes [m]
 constexpr double kTolerance = 1e-7 * kSize;  // as hull_of_points() states it
-
-Vec3 random_direction(std::mt19937_64& engine) {
-  std::normal_distribution<double> gauss;
-  return normalized(Vec3{gauss(engine), gauss(engine), gauss(engine)});
-}
 
 /// A cube's corners, its centre, and points in its faces and on its edges.
 std::vector<Vec3> cube_points(const Pose& X) {

@@ -5,7 +5,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
-#include <numeric>
 
 #include "contact/bake/piece_files.h"
 #include "contact/shape/mesh/machine_parts.h"
@@ -281,10 +280,7 @@ TEST_CASE("piece tree: real faces lie off a ball by no more than they say") {
 
 TEST_CASE("piece tree: solids apart from each other end in one root") {
   Soup two = make_icosphere(0.01, 1);
-  const Soup other = two;
-  const auto n = static_cast<uint32_t>(two.vertices.size());
-  for (const Vec3& v : other.vertices) two.vertices.push_back(v + Vec3{0.05});
-  for (const Triangle& t : other.triangles) two.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+  append(two, make_icosphere(0.01, 1), {0.05, 0, 0});
   const Made made = make(two);
   check(made);
   CHECK(made.tree.pieces.size() == 3);

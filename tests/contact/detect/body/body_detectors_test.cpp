@@ -3,11 +3,7 @@
 // what contact/step.cpp does with them.
 #include "contact/detect/body/body_detectors.h"
 
-#include <memory>
-
-#include "contact/bake/session.h"
 #include "contact/shape/mesh/tool_body.h"
-#include "contact/step.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
@@ -27,17 +23,8 @@ SessionConfig ball_over_block(Renderer renderer) {
   return config;
 }
 
-struct Bench {
-  SessionConfig config;
-  BakedSession baked;
-  ContactModel model;
-  std::unique_ptr<ContactState> state;
-
-  explicit Bench(const SessionConfig& session)
-      : config(session),
-        baked(bake_session(config)),
-        model(build_contact_model(config, baked.shapes())),
-        state(std::make_unique<ContactState>(model)) {}
+struct Bench : test::BakedContact {
+  using BakedContact::BakedContact;
 
   std::unique_ptr<ContactSet> answer(const Vec3& tool_W, Renderer renderer) {
     ServoFrame servo{};

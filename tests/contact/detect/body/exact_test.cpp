@@ -33,14 +33,6 @@ std::vector<PointPush> pushes_of(const MeshShapeData& object, const MeshShapeDat
   return pushes;
 }
 
-void append(Soup& soup, const Soup& other, const Vec3& at) {
-  const auto first = static_cast<uint32_t>(soup.vertices.size());
-  for (const Vec3& v : other.vertices) soup.vertices.push_back(v + at);
-  for (const Triangle& t : other.triangles) {
-    soup.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  }
-}
-
 /// A pyramid that points down to the origin.
 Soup make_foot(double width, double height) {
   const double w = 0.5 * width;

@@ -110,6 +110,13 @@ TEST_CASE("pieces: a cube pressed on a plate pushes as its four corners do") {
     const ContactSet& set = detector.at(X_WT);
     CHECK(set.n_contacts == 4);
     CHECK(set.n_active == 4);
+    for (uint32_t i = 0; i < set.n_contacts; ++i) {
+      const Contact& c = set.contacts[i];
+      CHECK(depth_of(c, X_WT) == Approx(depth));
+      CHECK(c.normal_O.z == Approx(1));
+      CHECK(std::fabs(c.tool_point_T.x) == Approx(0.01));
+      CHECK(std::fabs(c.tool_point_T.y) == Approx(0.01));
+    }
     const Wrench F = wrench_of(set, X_WT);
     CHECK_THAT(F.f, IsNear({0, 0, 4 * kStiffness * depth}, 1e-6));
     CHECK_THAT(F.t, IsNear({0, 0, 0}, 1e-8));
@@ -166,19 +173,6 @@ TEST_CASE("pieces: what moves with the object does not change what the tool feel
   }
 }
 
-TEST_CASE("pieces: with the threshold 0 levels of detail are the exact query") {
-  Detector exact(bumps());
-  Detector levels(bumps(), 0);
-  levels.refine.budget = 100'000;
-  for (int i = 0; i < 30; ++i) {
-    const Pose X_WT = sliding(0.02 * i);
-    const Wrench F = wrench_of(exact.at(X_WT), X_WT), G = wrench_of(levels.at(X_WT), X_WT);
-    CHECK(norm(F.f) > 0);
-    CHECK(F.f == G.f);
-    CHECK(F.t == G.t);
-  }
-}
-
 TEST_CASE("pieces: the mean error of the force falls as the threshold falls") {
   constexpr int kPoses = 60;
   std::vector<Vec3> exact;
@@ -188,7 +182,7 @@ TEST_CASE("pieces: the mean error of the force falls as the threshold falls") {
   }
   double before = 0;
   uint64_t work_before = std::numeric_limits<uint64_t>::max();
-  for (const double threshold : {20e-6, 80e-6, 320e-6}) {
+  for (const double threshold : {10e-6, 50e-6, 320e-6}) {
     Detector levels(bumps(), threshold);
     double error = 0;
     uint64_t work = 0;
@@ -207,7 +201,7 @@ TEST_CASE("pieces: the mean error of the force falls as the threshold falls") {
 }
 
 TEST_CASE("pieces: the budget of a step is overrun by at most one pair, and what is left is said") {
-  for (const uint32_t budget : {1u, 5u, 60u}) {
+  for (const uint32_t budget : {0u, 1u, 2u, 7u, 40u, 60u}) {
     Detector levels(bumps(), 1e-6);
     levels.refine.budget = budget;
     size_t cut = 0;

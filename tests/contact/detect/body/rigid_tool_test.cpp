@@ -3,10 +3,7 @@
 #include "contact/detect/body/rigid_tool.h"
 
 #include <limits>
-#include <memory>
 
-#include "contact/bake/session.h"
-#include "contact/step.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
@@ -30,19 +27,11 @@ SessionConfig block_over_block(Renderer renderer) {
 }
 constexpr double kRest = 0.01;
 
-struct Bench {
-  SessionConfig config;
-  BakedSession baked;
-  ContactModel model;
-  std::unique_ptr<ContactState> state;
+struct Bench : test::BakedContact {
   ServoFrame servo{};
   std::unique_ptr<ContactSet> set;
 
-  explicit Bench(const SessionConfig& session)
-      : config(session),
-        baked(bake_session(config)),
-        model(build_contact_model(config, baked.shapes())),
-        state(std::make_unique<ContactState>(model)) {
+  explicit Bench(const SessionConfig& session) : BakedContact(session) {
     servo.renderer = static_cast<uint32_t>(config.renderer);
     servo.X_WG.p = {0, 0, 1};
     servo.flags = kServoNoContactSet;

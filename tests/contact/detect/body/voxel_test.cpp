@@ -34,6 +34,13 @@ struct Scene {
     model.force = {500, 10};
     question.X_WO[1].p = {0.2, 0, 0};
   }
+  std::unique_ptr<ContactSet> ask(VoxelState& state) const {
+    auto set = std::make_unique<ContactSet>();
+    set->X_WT = question.X_WT;
+    set->X_WO = question.X_WO;
+    detect_voxel(model, state, question, *set);
+    return set;
+  }
 };
 
 }  // namespace
@@ -50,10 +57,7 @@ TEST_CASE("voxel: clusters and the linearised wrench tell of the same force", "[
     const bool flat = k % 2 == 0;
     const Vec3 turn = flat ? std::acos(u.z) * normalized(Vec3{-u.y, u.x, 0}) : random.direction();
     scene.question.X_WT = {(kRadius + 0.009) * u, from_rotation_vector(turn)};
-    const auto set = std::make_unique<ContactSet>();
-    set->X_WT = scene.question.X_WT;
-    set->X_WO = scene.question.X_WO;
-    detect_voxel(scene.model, state, scene.question, *set);
+    const auto set = scene.ask(state);
     REQUIRE(set->n_contacts <= kMaxContacts);
     if (set->n_active == 0) continue;
     ++pressed;
@@ -95,8 +99,7 @@ TEST_CASE("voxel: a face on a plate has its torque in the clusters alone", "[con
   VoxelState state(scene.model);
   for (const double tilt : {0.0, 0.01, -0.01}) {
     scene.question.X_WT = {{0, 0, 0.0098}, from_rotation_vector({tilt, 0, 0.3})};
-    const auto set = std::make_unique<ContactSet>();
-    detect_voxel(scene.model, state, scene.question, *set);
+    const auto set = scene.ask(state);
     REQUIRE(set->n_active > 0);
     Vec3 torque;
     for (uint32_t i = 0; i < set->n_active; ++i) {
@@ -115,8 +118,7 @@ TEST_CASE("voxel: what approaches is reported, and pushes nothing", "[contact]")
   VoxelState state(scene.model);
   scene.question.X_WT = {{0, 0, kRadius + 0.0105}, {}};
   scene.question.reach = 2e-3;
-  const auto set = std::make_unique<ContactSet>();
-  detect_voxel(scene.model, state, scene.question, *set);
+  const auto set = scene.ask(state);
   CHECK(set->n_active == 0);
   REQUIRE(set->n_contacts > 0);
   CHECK(set->trust_radius == 0);
@@ -132,8 +134,7 @@ TEST_CASE("voxel: the object pressed hardest comes first", "[contact]") {
   // between two balls, nearer to the second
   scene.question.X_WO[1].p = {0.13 - 1e-3, 0, 0};
   scene.question.X_WT = {{0.065 - 0.2e-3, 0, 0}, {}};
-  const auto set = std::make_unique<ContactSet>();
-  detect_voxel(scene.model, state, scene.question, *set);
+  const auto set = scene.ask(state);
   REQUIRE(set->n_active >= 2);
   const uint32_t first = set->wrench_object;
   bool others = false;
@@ -149,8 +150,7 @@ TEST_CASE("voxel: a short budget is flagged and holds", "[contact]") {
   scene.model.budget = 100;
   VoxelState state(scene.model);
   scene.question.X_WT = {{0, 0, kRadius + 0.009}, {}};
-  const auto set = std::make_unique<ContactSet>();
-  detect_voxel(scene.model, state, scene.question, *set);
+  const auto set = scene.ask(state);
   CHECK((set->flags & kContactIterationLimit) != 0);
   CHECK(state.tested <= 100);
   CHECK(set->n_contacts > 0);
@@ -250,12 +250,7 @@ TEST_CASE("voxel: what approaches is braked before it touches, by the relative v
   scene.question.X_WT.p = {0, 0, kRadius + 0.011};
   scene.question.reach = 3e-3;
   scene.question.V_WO[0].v = {0, 0, 0.1};
-  const auto ask = [&] {
-    auto set = std::make_unique<ContactSet>();
-    detect_voxel(scene.model, state, scene.question, *set);
-    return set;
-  };
-  const auto near = ask();
+  const auto near = scene.ask(state);
   REQUIRE(near->n_contacts > 0);
   CHECK(near->n_active == 0);
   CHECK(near->F0_W == Wrench{});
@@ -266,7 +261,7 @@ TEST_CASE("voxel: what approaches is braked before it touches, by the relative v
   CHECK(brake.f.z > 0.1);
   // the ball moves away
   scene.question.V_WO[0].v = {0, 0, -0.1};
-  CHECK(ask()->B == ContactSet{}.B);
+  CHECK(scene.ask(state)->B == ContactSet{}.B);
 }
 
 TEST_CASE("voxel: seen from anywhere it is the same", "[contact][trap]") {
@@ -278,9 +273,7 @@ TEST_CASE("voxel: seen from anywhere it is the same", "[contact][trap]") {
   // clusters go on from those of the last frame
   const auto ask = [&] {
     VoxelState state(scene.model);
-    auto set = std::make_unique<ContactSet>();
-    detect_voxel(scene.model, state, scene.question, *set);
-    return set;
+    return scene.ask(state);
   };
   const auto a = ask();
   REQUIRE(a->n_active > 0);

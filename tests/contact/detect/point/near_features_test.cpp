@@ -6,6 +6,8 @@
 #include <numbers>
 
 #include "tests/support/meshes.h"
+#include "tests/support/near.h"
+#include "tests/support/scenes.h"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -92,6 +94,33 @@ TEST_CASE("near features: on a broken mesh and on loose triangles too") {
   compare_with_brute_force(build_shape(make_degenerate_soup(5, 60)), 5, trials(2000));
   const Soup bones = load_off("bones.off", 0.1);
   if (!bones.triangles.empty()) compare_with_brute_force(build_shape(bones), 6, trials(100));
+}
+
+TEST_CASE(
+    "near features: of a box the face, the edge or the vertex before it, of a room two walls") {
+  struct Case {
+    Vec3 p;
+    double radius;
+    std::vector<std::pair<FeatureKind, Vec3>> expected;
+  };
+  const MeshShapeData box = build_shape(make_box({0.1, 0.1, 0.1})),
+                      room = build_shape(turned_inside_out(make_box({0.2, 0.2, 0.2})));
+  const auto has = [](const MeshShapeData& shape, const Case& c) {
+    NearScratch scratch;
+    std::vector<NearFeature> out(16);
+    const NearResult near = near_features(shape.view(), c.p, c.radius, scratch, out);
+    REQUIRE(near.count == c.expected.size());
+    for (size_t i = 0; i < near.count; ++i) {
+      CHECK(out[i].closest.feature.kind == c.expected[i].first);
+      CHECK_THAT(out[i].normal_O, IsNear(c.expected[i].second, 1e-12));
+    }
+  };
+  has(box, {{0.03, 0.02, 0.051}, 0.05, {{FeatureKind::kFace, {0, 0, 1}}}});
+  has(box, {{0.053, 0.01, 0.054}, 0.02, {{FeatureKind::kEdge, {0.6, 0, 0.8}}}});
+  has(box, {{0.06, 0.06, 0.06}, 0.03, {{FeatureKind::kVertex, normalized(Vec3{1, 1, 1})}}});
+  has(room, {{0.097, 0.096, 0.01},
+             0.01,
+             {{FeatureKind::kFace, {-1, 0, 0}}, {FeatureKind::kFace, {0, -1, 0}}}});
 }
 
 TEST_CASE("near features: a pit is not felt from behind, a plate is on both sides") {

@@ -113,29 +113,6 @@ TEST_CASE("piece front: with the threshold 0 it is the exact query") {
   CHECK(most > 10);
 }
 
-TEST_CASE("piece front: the mean error of the force falls as the threshold falls") {
-  const PieceTree a = bumps().a.view(), b = bumps().b.view();
-  constexpr int kPoses = 60;
-  std::vector<Vec3> exact;
-  PieceFront leaves(a, b, kPlenty);
-  for (int i = 0; i < kPoses; ++i) {
-    exact.push_back(push_of(leaves.update(Bumps::at(0.1 * i), options_with(0))));
-  }
-  double before = 0;
-  for (const double threshold : {10e-6, 50e-6, 200e-6, 800e-6}) {
-    PieceFront front(a, b, kPlenty);
-    double error = 0;
-    for (int i = 0; i < kPoses; ++i) {
-      const auto contacts = front.update(Bumps::at(0.1 * i), options_with(threshold));
-      error += norm(push_of(contacts) - exact[static_cast<size_t>(i)]) / kPoses;
-    }
-    CAPTURE(threshold, error, before);
-    CHECK(error >= before);
-    before = error;
-  }
-  CHECK(before > 0);
-}
-
 TEST_CASE("piece front: free space has no contact, and neither has what is not finite") {
   PieceFront front(bumps().a.view(), bumps().b.view(), kPlenty);
   CHECK(front.update({{0.06, 0, 0}, {}}, options_with(0)).empty());
@@ -147,22 +124,6 @@ TEST_CASE("piece front: free space has no contact, and neither has what is not f
   unsound.tolerance = NAN;
   CHECK(front.update({{0.0394, 0, 0}, {}}, unsound).empty());
   CHECK_FALSE(front.update({{0.0394, 0, 0}, {}}, options_with(0)).empty());
-}
-
-TEST_CASE("piece front: the budget is overrun by at most one node pair") {
-  PieceFront front(bumps().a.view(), bumps().b.view(), kPlenty);
-  size_t cut = 0;
-  for (const uint32_t budget : {0u, 1u, 2u, 7u, 40u, 300u}) {
-    front.forget();
-    for (int tick = 0; tick < 12; ++tick) {
-      RefineOptions options = options_with(0);
-      options.budget = budget;
-      front.update(Bumps::at(0.05 * tick), options);
-      CHECK(front.work() <= budget + 1);
-      cut += front.is_truncated();
-    }
-  }
-  CHECK(cut > 40);
 }
 
 TEST_CASE("piece front: a budget that suffices again brings the threshold back") {
@@ -239,21 +200,6 @@ TEST_CASE("piece front: detail that slides past faster than the bandwidth is not
   };
   CHECK(near_with(0) > near_with(1));
   CHECK(near_with(1) > near_with(10));
-}
-
-TEST_CASE("piece contacts: a cube on a plate touches with its four corners, as deep as it is") {
-  const SplitTree plate = split_tree(make_box({0.1, 0.1, 0.02}), 12);
-  const SplitTree cube = split_tree(make_box({0.02, 0.02, 0.02}), 12);
-  PieceFront front(plate.view(), cube.view(), 16);
-  const double depth = 0.2e-3;
-  const auto contacts = front.update({{0.01, 0.02, 0.02 - depth}, {}}, options_with(0));
-  CHECK(contacts.size() == 4);
-  for (const PieceContact& c : contacts) {
-    CHECK(c.depth == Approx(depth));
-    CHECK(c.normal_A.z == Approx(1));
-    CHECK(std::fabs(c.point_b_A.x - 0.01) == Approx(0.01));
-    CHECK(std::fabs(c.point_b_A.y - 0.02) == Approx(0.01));
-  }
 }
 
 TEST_CASE("haptic error: the volume of what is missing over the area of the contact") {

@@ -36,19 +36,35 @@ bool same(const SegmentHit& a, const SegmentHit& b) {
   return a.hit == b.hit && (!a.hit || (a.t == b.t && a.triangle == b.triangle));
 }
 
-void compare_with_brute_force(const MeshShapeData& shape, uint64_t seed, size_t n) {
+/// By the cells, by the tree alone, and begun at whatever was hit last.
+void compare_with_brute_force(const Soup& soup, uint64_t seed, size_t n) {
+  const MeshShapeData shape = build_shape(soup);
+  MeshShapeData without_grid = shape;
+  without_grid.grid = {};
+  const TriangleMesh mesh = shape.mesh.view();
+  const double size = norm(mesh.upper - mesh.lower);
   Random random(seed);
-  const MeshShape view = shape.view();
-  const double size = norm(view.mesh.upper - view.mesh.lower);
+  SegmentWitness witness;
+  Vec3 before = random.on_surface(mesh);
   for (size_t i = 0; i < n; ++i) {
-    // long ones, short ones at the surface, and some along the axes
-    const Vec3 from = i % 2 == 0 ? random.near_mesh(view.mesh)
-                                 : random.on_surface(view.mesh) + 0.01 * size * random.direction();
-    Vec3 to = i % 2 == 0 ? random.near_mesh(view.mesh) : from + 0.03 * size * random.direction();
+    // dragged, as in use, and as often long ones or short ones at the surface, some along the axes
+    Vec3 from = before,
+         to = i % 40 == 0 ? random.on_surface(mesh) : before + 0.02 * size * random.direction();
+    before = to;
+    if (i % 4 == 1) from = random.near_mesh(mesh), to = random.near_mesh(mesh);
+    if (i % 4 == 3) {
+      from = random.on_surface(mesh) + 0.01 * size * random.direction();
+      to = from + 0.03 * size * random.direction();
+    }
     if (i % 11 == 0) to = {from.x, from.y, to.z};
-    const SegmentHit fast = first_hit(view, from, to), slow = brute_hit(view.mesh, from, to);
+    // at times with the warm start of another mesh
+    if (i % 97 == 0) witness.triangle = static_cast<uint32_t>(random.index(1u << 31));
+    if (i % 89 == 0) witness.slot = random.index(2 * shape.view().grid.slots.size());
+    const SegmentHit slow = brute_hit(mesh, from, to);
     CAPTURE(i, from, to, slow.t, slow.triangle);
-    REQUIRE(same(fast, slow));
+    REQUIRE(same(first_hit(shape.view(), from, to, witness), slow));
+    REQUIRE(same(first_hit(shape.view(), from, to), slow));
+    REQUIRE(same(first_hit(without_grid.view(), from, to), slow));
   }
 }
 
@@ -94,51 +110,20 @@ void never_slips(const MeshShapeData& shape, double depth, uint64_t seed, size_t
 }  // namespace
 
 TEST_CASE("segment hit: the tree finds what brute force finds") {
-  compare_with_brute_force(build_shape(make_box({0.1, 0.2, 0.05})), 1, trials(20000));
-  compare_with_brute_force(build_shape(make_icosphere(0.05, 3)), 2, trials(4000));
-  compare_with_brute_force(build_shape(make_grid(0.05, 12)), 3, trials(8000));
-  compare_with_brute_force(build_shape(make_degenerate_soup(4, 400)), 4, trials(8000));
-  // closely spaced sheets: the first hit hides many
-  Soup sheets;
-  for (int k = 0; k < 30; ++k) {
-    const Soup grid = make_grid(0.05, 4);
-    const auto first = static_cast<uint32_t>(sheets.vertices.size());
-    for (const Vec3& v : grid.vertices) sheets.vertices.push_back(v + Vec3{0, 0, 0.001 * k});
-    for (const auto& [a, b, c] : grid.triangles) {
-      sheets.triangles.push_back({first + a, first + b, first + c});
-    }
-  }
-  compare_with_brute_force(build_shape(sheets), 6, trials(8000));
-  const Soup bunny = load_off("bunny00.off", 0.1);
-  if (!bunny.triangles.empty()) compare_with_brute_force(build_shape(bunny), 5, trials(300));
-}
-
-TEST_CASE("segment hit: on three meshes the cells and the tree find what brute force finds") {
-  // HAPTIC_TORTURE_SCALE=500 makes it 10^6 segments a mesh
-  const size_t n = sweep(2000);
+  compare_with_brute_force(make_box({0.1, 0.2, 0.05}), 1, trials(20000));
+  compare_with_brute_force(make_grid(0.05, 12), 3, trials(8000));
+  // HAPTIC_TORTURE_SCALE=250 makes it 10^6 segments a mesh
   Soup waves = make_grid(0.05, 12);
   for (Vec3& v : waves.vertices) v.z = 0.01 * std::sin(90 * v.x) * std::cos(70 * v.y);
   for (const Soup& soup : {make_icosphere(0.05, 2), waves, make_degenerate_soup(6, 300)}) {
-    const MeshShapeData shape = build_shape(soup);
-    MeshShapeData without_grid = shape;
-    without_grid.grid = {};
-    Random random(14);
-    SegmentWitness witness;
-    Vec3 before = random.on_surface(shape.mesh.view());
-    for (size_t i = 0; i < n; ++i) {
-      // dragged, as in use; every tenth between random points
-      const Vec3 aim =
-          i % 40 == 0 ? random.on_surface(shape.mesh.view()) : before + 0.002 * random.direction();
-      const Vec3 from = i % 10 == 0 ? random.near_mesh(shape.mesh.view()) : before;
-      const Vec3 to = i % 10 == 0 ? random.near_mesh(shape.mesh.view()) : aim;
-      before = aim;
-      const SegmentHit slow = brute_hit(shape.mesh.view(), from, to);
-      CAPTURE(i, from, to, slow.t, slow.triangle);
-      REQUIRE(same(first_hit(shape.view(), from, to, witness), slow));
-      REQUIRE(same(first_hit(shape.view(), from, to), slow));
-      REQUIRE(same(first_hit(without_grid.view(), from, to), slow));
-    }
+    compare_with_brute_force(soup, 14, sweep(4000));
   }
+  // closely spaced sheets: the first hit hides many
+  Soup sheets;
+  for (int k = 0; k < 30; ++k) append(sheets, make_grid(0.05, 4), {0, 0, 0.001 * k});
+  compare_with_brute_force(sheets, 6, trials(8000));
+  const Soup bunny = load_off("bunny00.off", 0.1);
+  if (!bunny.triangles.empty()) compare_with_brute_force(bunny, 5, trials(300));
 }
 
 TEST_CASE("segment hit: no segment slips between triangles that share an edge or a vertex") {
@@ -268,28 +253,4 @@ TEST_CASE("segment hit: the box test agrees with slab clipping up to its slack")
   unit.half = {1, 1, 1};
   CHECK(segment_meets_box({0.5, 0.5, 1}, {0.5, 0.5, 1}, unit));
   CHECK_FALSE(segment_meets_box({0.5, 0.5, 1.001}, {0.5, 0.5, 1.001}, unit));
-}
-
-TEST_CASE("segment hit: the witness changes no hit") {
-  // a probe dragged over the surface, sometimes elsewhere; also with the warm start of another mesh
-  for (const Soup& soup :
-       {make_icosphere(0.05, 4), make_grid(0.05, 20), make_degenerate_soup(5, 400)}) {
-    const MeshShapeData shape = build_shape(soup);
-    const MeshShape view = shape.view();
-    Random random(13);
-    SegmentWitness witness;
-    Vec3 base = random.on_surface(view.mesh);
-    for (size_t i = 0; i < trials(20000); ++i) {
-      base = i % 50 == 0 ? random.on_surface(view.mesh) : base + 0.0005 * random.direction();
-      const Vec3 from = base + 0.002 * random.direction(), to = base + 0.002 * random.direction();
-      if (i % 97 == 0) witness.triangle = static_cast<uint32_t>(random.index(1u << 31));
-      if (i % 89 == 0) witness.slot = random.index(2 * view.grid.slots.size());
-      const SegmentHit with = first_hit(view, from, to, witness),
-                       without = first_hit(view, from, to);
-      CAPTURE(i, from, to);
-      REQUIRE(with.hit == without.hit);
-      REQUIRE(with.t == without.t);
-      REQUIRE(with.triangle == without.triangle);
-    }
-  }
 }

@@ -74,24 +74,10 @@ double radius_of(const MeshShapeData& shape) {
   return radius;
 }
 
-Soup make_bumpy_ball(uint64_t seed, double radius, uint32_t subdivisions) {
-  Random random(seed);
-  Soup soup = make_icosphere(radius, subdivisions);
-  for (Vec3& v : soup.vertices) v = random.uniform(0.85, 1) * v;
-  return soup;
-}
-
 /// Two small boxes at x = ±half.
 Soup make_two_boxes(double half, double edge) {
   Soup soup;
-  for (const double x : {-half, half}) {
-    const auto first = static_cast<uint32_t>(soup.vertices.size());
-    const Soup box = make_box({edge, edge, edge});
-    for (const Vec3& v : box.vertices) soup.vertices.push_back(v + Vec3{x, 0, 0});
-    for (const Triangle& t : box.triangles) {
-      soup.triangles.push_back({first + t[0], first + t[1], first + t[2]});
-    }
-  }
+  for (const double x : {-half, half}) append(soup, make_box({edge, edge, edge}), {x, 0, 0});
   return soup;
 }
 

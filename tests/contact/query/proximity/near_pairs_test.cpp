@@ -9,6 +9,7 @@
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/query/proximity/near_front.h"
 #include "contact/shape/mesh/machine_parts.h"
+#include "tests/support/convex/meshes.h"
 #include "tests/support/meshes.h"
 
 using namespace haptic;
@@ -50,22 +51,6 @@ Brute brute_force(const MeshShapeData& A, const MeshShapeData& B, const Pose& X_
     }
   }
   return all;
-}
-
-Soup make_torus(double large, double small, uint32_t around, uint32_t across) {
-  Soup soup;
-  for (uint32_t i = 0; i < around; ++i) {
-    for (uint32_t j = 0; j < across; ++j) {
-      const double u = 2 * 3.14159265358979 * i / around, v = 2 * 3.14159265358979 * j / across;
-      const double r = large + small * std::cos(v);
-      soup.vertices.push_back({r * std::cos(u), r * std::sin(u), small * std::sin(v)});
-      const uint32_t next_i = (i + 1) % around, next_j = (j + 1) % across;
-      const auto at = [across](uint32_t k, uint32_t l) { return k * across + l; };
-      soup.triangles.push_back({at(i, j), at(next_i, j), at(next_i, next_j)});
-      soup.triangles.push_back({at(i, j), at(next_i, next_j), at(i, next_j)});
-    }
-  }
-  return soup;
 }
 
 Pose screw_pose(double t, double turn, double pitch) {

@@ -75,6 +75,30 @@ RigidMotion random_motion(Random& random, double way, double angle) {
   return motion_between(from, to, random.in_box({-4e-3, -4e-3, -4e-3}, {4e-3, 4e-3, 4e-3}));
 }
 
+/// A ball and a box, and random motions of the ball that begin apart from the box.
+struct BallAndBox {
+  explicit BallAndBox(uint32_t subdivisions)
+      : ball(build_shape(make_icosphere(5e-3, subdivisions))) {}
+
+  template <typename Use>
+  void move(uint64_t seed, size_t n, const Use& use, double way = 15e-3, double angle = 0.5) const {
+    Random random(seed);
+    for (size_t trial = 0; trial < n; ++trial) {
+      const RigidMotion motion = random_motion(random, way, angle);
+      if (!meet(box.view(), ball.view(), motion.at(0))) use(motion);
+    }
+  }
+  MeshMeeting hit(const RigidMotion& motion, double tolerance = kTolerance) const {
+    return impact(box.view(), ball.view(), motion, tolerance);
+  }
+  /// Both are within the tolerance, which a slow approach takes long to cross.
+  void check_near(const RigidMotion& motion, double time) const {
+    CHECK(distance_of(box.view(), ball.view(), motion.at(time)) <= 1.1e-6);
+  }
+
+  MeshShapeData ball, box = build_shape(make_box({8e-3, 6e-3, 4e-3}));
+};
+
 }  // namespace
 
 TEST_CASE("swept mesh: a box that falls on a box, in closed form", "[contact]") {
@@ -192,73 +216,56 @@ TEST_CASE("swept mesh: A against B is B against A", "[contact][trap]") {
 }
 
 TEST_CASE("swept mesh: a finer tolerance is later, never past the meeting", "[contact][trap]") {
-  Random random(23);
-  const MeshShapeData ball = build_shape(make_icosphere(5e-3, 1));
-  const MeshShapeData box = build_shape(make_box({8e-3, 6e-3, 4e-3}));
+  const BallAndBox pair(1);
   size_t hits = 0;
   const size_t n = 400;
-  for (size_t trial = 0; trial < n; ++trial) {
-    const RigidMotion motion = random_motion(random, 15e-3, 0.5);
-    if (meet(box.view(), ball.view(), motion.at(0))) continue;
+  pair.move(23, n, [&](const RigidMotion& motion) {
     double last = 0, coarser = 0;
     const double length = norm(motion.way_O) + motion.angle * 10e-3;
     for (const double tolerance : {1e-4, 1e-5, 1e-6, 1e-8}) {
-      const MeshMeeting hit = impact(box.view(), ball.view(), motion, tolerance);
+      const MeshMeeting hit = pair.hit(motion, tolerance);
       // another pair may be within the tolerance a little earlier
       CHECK(hit.time >= last - coarser / length);
       last = hit.time, coarser = tolerance;
     }
     hits += last < 1 ? 1 : 0;
-    CHECK_FALSE(meet(box.view(), ball.view(), motion.at(last * (1 - 1e-12))));
-  }
+    CHECK_FALSE(meet(pair.box.view(), pair.ball.view(), motion.at(last * (1 - 1e-12))));
+  });
   CHECK(hits > n / 20);
 }
 
 TEST_CASE("swept mesh: what it remembers changes no answer", "[contact]") {
-  Random random(24);
-  const MeshShapeData ball = build_shape(make_icosphere(5e-3, 2));
-  const MeshShapeData box = build_shape(make_box({8e-3, 6e-3, 4e-3}));
-  SweptMesh remembers(box.view(), ball.view());
-  for (size_t trial = 0; trial < trials(300); ++trial) {
-    const RigidMotion motion = random_motion(random, 15e-3, 0.5);
-    if (meet(box.view(), ball.view(), motion.at(0))) continue;
-    const MeshMeeting hit = remembers.time_of_impact(motion, kTolerance);
-    const MeshMeeting cold = impact(box.view(), ball.view(), motion);
+  const BallAndBox pair(2);
+  SweptMesh remembers(pair.box.view(), pair.ball.view());
+  pair.move(24, trials(300), [&](const RigidMotion& motion) {
+    const MeshMeeting hit = remembers.time_of_impact(motion, kTolerance), cold = pair.hit(motion);
     CHECK(hit.meets == cold.meets);
-    // both within the tolerance, which a slow approach takes long to cross
     if (hit.meets && hit.time != cold.time) {
-      CHECK(distance_of(box.view(), ball.view(), motion.at(std::min(hit.time, cold.time))) <=
-            1.1e-6);
+      pair.check_near(motion, std::min(hit.time, cold.time));
     }
-  }
+  });
 }
 
 TEST_CASE("swept mesh: among all pairs the answer is that of the trees", "[contact]") {
-  Random random(27);
-  const MeshShapeData ball = build_shape(make_icosphere(5e-3, 1));
-  const MeshShapeData box = build_shape(make_box({8e-3, 6e-3, 4e-3}));
+  const BallAndBox pair(1);
   std::vector<TrianglePair> all;
-  for (uint32_t a = 0; a < box.mesh.triangles.size(); ++a) {
-    for (uint32_t b = 0; b < ball.mesh.triangles.size(); ++b) all.push_back({a, b});
+  for (uint32_t a = 0; a < pair.box.mesh.triangles.size(); ++a) {
+    for (uint32_t b = 0; b < pair.ball.mesh.triangles.size(); ++b) all.push_back({a, b});
   }
   size_t hits = 0;
-  for (size_t trial = 0; trial < trials(400); ++trial) {
-    const RigidMotion motion = random_motion(random, 15e-3, 0.5);
-    if (meet(box.view(), ball.view(), motion.at(0))) continue;
-    const MeshMeeting of_trees = impact(box.view(), ball.view(), motion);
-    SweptMesh swept(box.view(), ball.view());
+  SweptMesh swept(pair.box.view(), pair.ball.view());
+  pair.move(27, trials(400), [&](const RigidMotion& motion) {
+    const MeshMeeting of_trees = pair.hit(motion);
     const MeshMeeting of_pairs = swept.time_of_impact(motion, kTolerance, all);
     CHECK_FALSE(swept.time_of_impact(motion, kTolerance, {}).meets);
-    const double first = std::min(of_pairs.time, of_trees.time);
-    // both within the tolerance, which a slow approach takes long to cross
     if (std::fabs(of_pairs.time - of_trees.time) > 1e-9) {
-      CHECK(distance_of(box.view(), ball.view(), motion.at(first)) <= 1.1e-6);
+      pair.check_near(motion, std::min(of_pairs.time, of_trees.time));
     } else {
       CHECK(of_pairs.meets == of_trees.meets);
     }
     hits += of_pairs.meets ? 1 : 0;
     // that pair only, and all except it
-    if (!of_pairs.meets) continue;
+    if (!of_pairs.meets) return;
     const TrianglePair alone[] = {of_pairs.pair};
     CHECK(swept.time_of_impact(motion, kTolerance, alone).time ==
           Approx(of_pairs.time).margin(1e-4));
@@ -266,10 +273,9 @@ TEST_CASE("swept mesh: among all pairs the answer is that of the trees", "[conta
     std::erase(others, of_pairs.pair);
     const MeshMeeting later = swept.time_of_impact(motion, kTolerance, others);
     CHECK(later.time >= of_pairs.time - 1e-4);
-  }
+  });
   CHECK(hits > trials(400) / 40);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  SweptMesh swept(box.view(), ball.view());
   const auto bad = motion_between({}, {{nan, 0, 0}, {}}, {});
   CHECK(swept.time_of_impact(bad, kTolerance, {}).time == 0);
 }

@@ -2,7 +2,6 @@
 #include "contact/query/sweep/swept_pair.h"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <limits>
 
 #include "tests/support/feature_queries.h"
@@ -58,42 +57,23 @@ TEST_CASE("swept pair: parallel edges that fall on one another meet", "[contact]
 }
 
 TEST_CASE("swept pair: never later than a meeting that was made", "[contact][trap]") {
-  Random random(4);
-  double latest = -1, earliest = 0;
-  for (size_t k = 0; k < trials(20000); ++k) {
-    const bool is_face = k % 2 == 0;
-    const MadeMeeting made = made_meeting(random, is_face);
-    const auto& [a, b, c, d] = made.corners;
-    const auto hit =
-        is_face ? vertex_face_meeting(a, {b, c, d}, 1e-8) : edge_edge_meeting({a, b}, {c, d}, 1e-8);
-    REQUIRE(hit);
-    latest = std::max(latest, hit->time - made.time);
-    // there may have been an earlier contact, of two edges or a face that turns
-    earliest += hit->time < made.time - 1e-3 ? 1 : 0;
-  }
-  CHECK(latest <= 1e-12);
-  CHECK(earliest < 0.02 * static_cast<double>(trials(20000)));
+  check_made_meetings(trials(20000), [](const std::array<SweptPoint, 4>& corners, bool is_face) {
+    const auto& [a, b, c, d] = corners;
+    return is_face ? vertex_face_meeting(a, {b, c, d}, 1e-8)
+                   : edge_edge_meeting({a, b}, {c, d}, 1e-8);
+  });
 }
 
 TEST_CASE("swept pair: corners that are not finite meet at once, unproven", "[contact]") {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const double infinity = std::numeric_limits<double>::infinity();
-  const std::array<SweptPoint, 3> face{
-      {{{-1, -1, 0}, {-1, -1, 0}}, {{2, -1, 0}, {2, -1, 0}}, {{-1, 2, 0}, {-1, 2, 0}}}};
+  check_not_finite([](const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) {
+    return vertex_face_meeting(vertex, face, kTolerance);
+  });
   const std::array<Vec3, 3> still{{{-1, -1, 0}, {2, -1, 0}, {-1, 2, 0}}};
-  for (const double bad : {nan, infinity, -infinity}) {
-    for (const SweptPoint& vertex :
-         {SweptPoint{{0, 0, 1}, {0, 0, bad}}, SweptPoint{{bad, 0, 1}, {0, 0, -1}}}) {
-      const auto hit = vertex_face_meeting(vertex, face, kTolerance);
-      REQUIRE(hit);
-      CHECK(hit->time == 0);
-      CHECK_FALSE(hit->is_proven);
-    }
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), kInfinity, -kInfinity}) {
     const RigidMotion motion = motion_between({{0, 0, 1}, {}}, {{0, 0, bad}, {}}, {});
-    const auto hit = vertex_face_meeting(stretch_of(motion, 0, 1, 1), {0, 0, 0}, still, kTolerance);
-    REQUIRE(hit);
-    CHECK(hit->time == 0);
-    CHECK_FALSE(hit->is_proven);
+    check_unproven_at_once(
+        vertex_face_meeting(stretch_of(motion, 0, 1, 1), {0, 0, 0}, still, kTolerance));
   }
 }
 
@@ -117,21 +97,11 @@ TEST_CASE("swept pair: a rod that turns half round passes a post that straight w
 }
 
 TEST_CASE("swept pair: rigid motions, never late against dense samples", "[contact][trap]") {
-  Random random(5);
-  size_t meetings = 0, unproven = 0;
-  for (size_t k = 0; k < trials(5000); ++k) {
-    const RigidQuery query = random_rigid_query(random, static_cast<RigidQuery::Kind>(k % 3));
+  check_rigid_queries(trials(5000), [](const RigidQuery& query, const MotionStretch& stretch) {
     const auto& [p, q, r, s] = query.corners;
-    const MotionStretch stretch = stretch_of(query.motion, 0, 1, 4e-3);
-    const auto hit =
-        query.kind == RigidQuery::kVertexFace   ? vertex_face_meeting(stretch, p, {q, r, s}, 1e-7)
-        : query.kind == RigidQuery::kFaceVertex ? face_vertex_meeting(stretch, {q, r, s}, p, 1e-7)
-                                                : edge_edge_meeting(stretch, {p, q}, {r, s}, 1e-7);
-    meetings += hit ? 1 : 0;
-    unproven += hit && !hit->is_proven ? 1 : 0;
-    REQUIRE_FALSE(pass_before(query, hit ? hit->time : 1));
-  }
-  CAPTURE(meetings, unproven);
-  CHECK(meetings > trials(5000) / 50);
-  CHECK(unproven == 0);
+    return query.kind == RigidQuery::kVertexFace ? vertex_face_meeting(stretch, p, {q, r, s}, 1e-7)
+           : query.kind == RigidQuery::kFaceVertex
+               ? face_vertex_meeting(stretch, {q, r, s}, p, 1e-7)
+               : edge_edge_meeting(stretch, {p, q}, {r, s}, 1e-7);
+  });
 }

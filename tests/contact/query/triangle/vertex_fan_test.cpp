@@ -75,7 +75,7 @@ TEST_CASE("vertex fan: the steepest way is that of all directions above it", "[c
   Random random(1);
   for (int trial = 0; trial < 200; ++trial) {
     const Soup soup = make_fan(random);
-    const haptic::MeshShapeData shape = haptic::build_shape(soup);
+    const MeshShapeData shape = build_shape(soup);
     const auto triangle = static_cast<uint32_t>(random.index(soup.triangles.size()));
     const VertexFan fan(shape.view().mesh, triangle, 0);
     CHECK(fan.places() == 2 * soup.triangles.size());
@@ -92,7 +92,7 @@ TEST_CASE("vertex fan: all of it beside a border too", "[contact]") {
   Random random(2);
   Soup soup = make_fan(random);
   soup.triangles.pop_back();
-  const haptic::MeshShapeData shape = haptic::build_shape(soup);
+  const MeshShapeData shape = build_shape(soup);
   for (uint32_t t = 0; t < soup.triangles.size(); ++t) {
     CHECK(VertexFan(shape.view().mesh, t, 0).places() == 2 * soup.triangles.size());
   }
@@ -111,9 +111,9 @@ TEST_CASE("point proxy: at rest at a vertex where no direction leads nearer", "[
     start.z = height_over(soup, start.x, start.y) + 1e-3;
     REQUIRE(seed_proxy(s.scene, start, proxy) == 0);
     const Vec3 tool = hidden_goal(random, soup);
-    const haptic::ProxyMove move = move_proxy(s.scene, tool, proxy);
+    const ProxyMove move = move_proxy(s.scene, tool, proxy);
     CAPTURE(trial);
-    CHECK((move.flags & haptic::kContactIterationLimit) == 0);
+    CHECK((move.flags & kContactIterationLimit) == 0);
     CHECK(proxy.g_W.z > height_over(soup, proxy.g_W.x, proxy.g_W.y));
     if (norm(proxy.g_W) > 1e-6) continue;
     ++at_apex;

@@ -1,36 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/shape/mesh/frame_parts.h"
 
-#include <catch2/catch.hpp>
-
 #include <cmath>
 #include <numbers>
 
 #include "contact/query/proximity/triangle_pairs.h"
 #include "contact/shape/baked/mesh_shape.h"
-#include "tests/support/cgal_pairs.h"
+#include "tests/contact/shape/mesh/solid.h"
 
 using namespace haptic;
 using namespace haptic::test;
 
 namespace {
-
-/// Signed volume by the divergence theorem.
-double volume(const Soup& soup) {
-  double sum = 0;
-  for (const auto& [a, b, c] : soup.triangles) {
-    sum += dot(soup.vertices[a], cross(soup.vertices[b], soup.vertices[c])) / 6;
-  }
-  return sum;
-}
-
-void check_solid(const Soup& soup) {
-  const CgalSurface surface = cgal_surface(soup.vertices, soup.triangles);
-  CHECK(surface.is_manifold);
-  CHECK(surface.is_closed);
-  CHECK(surface.faces_out);
-  CHECK(surface.self_intersections == 0);
-}
 
 /// Area of a regular polygon of n corners on a circle of radius r.
 double polygon(double r, double n) {

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <catch2/catch.hpp>
-
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -12,7 +9,7 @@
 #include "contact/shape/mesh/ball_joint.h"
 #include "contact/shape/mesh/dimpled_ball.h"
 #include "contact/shape/mesh/molars.h"
-#include "tests/support/cgal_pairs.h"
+#include "tests/contact/shape/mesh/solid.h"
 #include "tests/support/meshes.h"
 
 using namespace haptic;
@@ -22,15 +19,6 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Signed volume by the divergence theorem.
-double volume(const Soup& soup) {
-  double sum = 0;
-  for (const auto& [a, b, c] : soup.triangles) {
-    sum += dot(soup.vertices[a], cross(soup.vertices[b], soup.vertices[c])) / 6;
-  }
-  return sum;
-}
-
 Vec3 sides(const Soup& soup) {
   Vec3 lower = soup.vertices.front(), upper = lower;
   for (const Vec3& v : soup.vertices) {
@@ -38,14 +26,6 @@ Vec3 sides(const Soup& soup) {
     upper = component_max(upper, v);
   }
   return upper - lower;
-}
-
-void check_solid(const Soup& soup) {
-  const CgalSurface surface = cgal_surface(soup.vertices, soup.triangles);
-  CHECK(surface.is_manifold);
-  CHECK(surface.is_closed);
-  CHECK(surface.faces_out);
-  CHECK(surface.self_intersections == 0);
 }
 
 /// Volume of a sphere of radius r below the height z.

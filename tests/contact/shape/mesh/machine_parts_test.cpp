@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/shape/mesh/machine_parts.h"
 
-#include <catch2/catch.hpp>
-
 #include <numbers>
 
 #include "contact/query/point/closest_point.h"
 #include "contact/query/proximity/triangle_pairs.h"
+#include "tests/contact/shape/mesh/solid.h"
 #include "tests/support/meshes.h"
 
 using namespace haptic;
@@ -14,13 +13,8 @@ using namespace haptic::test;
 
 namespace {
 
-/// Signed volume by the divergence theorem.
-double volume(const TriangleMesh& mesh) {
-  double sum = 0;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    sum += dot(mesh.vertices[a], cross(mesh.vertices[b], mesh.vertices[c])) / 6;
-  }
-  return sum;
+double volume(const MeshShapeData& part) {
+  return test::volume(part.mesh.vertices, part.mesh.triangles);
 }
 
 double least_gap(const MeshShapeData& part, const MeshShapeData& other) {
@@ -40,18 +34,14 @@ TEST_CASE("machine parts: closed, facing outwards, of the right volume", "[conta
   const MeshShapeData peg = build_shape(make_peg(pair, {})),
                       hole = build_shape(make_hole(pair, {}));
   for (const MeshShapeData* part : {&peg, &hole}) CHECK(part->mesh.closed);
-  CHECK(volume(peg.mesh.view()) == Approx(kPi * 1e-4 * 0.04).epsilon(2e-3));
-  CHECK(volume(hole.mesh.view()) ==
-        Approx((3.6e-3 - kPi * 10.2e-3 * 10.2e-3) * 0.04).epsilon(5e-3));
-  const MeshShapeData gear = build_shape(make_gear({}, {480, 4}));
-  CHECK(gear.mesh.closed);
-  CHECK(volume(gear.mesh.view()) > 0);
-  const MeshShapeData bolt = build_shape(make_bolt({}, {96, 140})),
-                      nut = build_shape(make_nut({}, {96, 56}));
-  CHECK(bolt.mesh.closed);
-  CHECK(nut.mesh.closed);
-  CHECK(volume(bolt.mesh.view()) > 0);
-  CHECK(volume(nut.mesh.view()) > 0);
+  CHECK(volume(peg) == Approx(kPi * 1e-4 * 0.04).epsilon(2e-3));
+  CHECK(volume(hole) == Approx((3.6e-3 - kPi * 10.2e-3 * 10.2e-3) * 0.04).epsilon(5e-3));
+  for (const Soup& part :
+       {make_gear({}, {480, 4}), make_bolt({}, {96, 140}), make_nut({}, {96, 56})}) {
+    const MeshShapeData shape = build_shape(part);
+    CHECK(shape.mesh.closed);
+    CHECK(volume(shape) > 0);
+  }
 }
 
 TEST_CASE("machine parts: the peg fits the hole, the bolt the nut, all along", "[contact]") {

@@ -5,6 +5,7 @@
 
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
+#include "tests/support/scenes.h"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -128,11 +129,7 @@ TEST_CASE("voxmap: every voxel is what the definition says", "[contact]") {
   equals_definition(make_icosphere(0.05, 2), kSlowdown > 1 ? 9e-3 : 4e-3, layers);
   // a room: outside is inside
   Soup hollow = make_icosphere(0.05, 1);
-  const Soup inner = make_icosphere(0.03, 1);
-  const auto n = static_cast<uint32_t>(hollow.vertices.size());
-  hollow.vertices.insert(hollow.vertices.end(), inner.vertices.begin(), inner.vertices.end());
-  for (const Triangle& t : inner.triangles)
-    hollow.triangles.push_back({n + t[0], n + t[2], n + t[1]});
+  append(hollow, turned_inside_out(make_icosphere(0.03, 1)));
   equals_definition(hollow, 7e-3, layers);
 }
 
