@@ -7,7 +7,13 @@ cmake_minimum_required(VERSION 3.25)
 if(NOT DEFINED PROGRAMS)  # the check is shown to fail on others
   set(PROGRAMS hapt hapticd haptic-servo haptic-contact haptic-sim)
 endif()
-set(not_for_a_session "^(clients/(lab|eval|bench|torture|stability|selftest)|contact/faulty|device-io/emulator)/")
+set(laboratory lab eval bench torture stability selftest)
+list(JOIN laboratory "|" laboratory)
+set(not_for_a_session "^(clients/(${laboratory})|contact/faulty|device-io/emulator)/")
+
+# a folder may be called c++
+string(REGEX REPLACE "([][+.*()^$?|])" "\\\\\\1" root "${ROOT}")
+string(REGEX REPLACE "([][+.*()^$?|])" "\\\\\\1" build "${BUILD}")
 
 # sources that a target of ninja is made of, named from the root
 function(sources_of target found)
@@ -26,8 +32,8 @@ function(sources_of target found)
     list(APPEND inputs ${lines})
   endforeach()
   list(FILTER inputs INCLUDE REGEX "\\.cpp$")
-  list(FILTER inputs EXCLUDE REGEX "^${BUILD}/|^[^/]")
-  list(TRANSFORM inputs REPLACE "^${ROOT}/" "")
+  list(FILTER inputs EXCLUDE REGEX "^${build}/|^[^/]")
+  list(TRANSFORM inputs REPLACE "^${root}/" "")
   set(${found} "${inputs}" PARENT_SCOPE)
 endfunction()
 
@@ -47,8 +53,8 @@ list(LENGTH sources files)
 file(STRINGS ${ROOT}/tests/growth.csv row REGEX "^files of the demo,")
 string(REGEX REPLACE ".*," "" committed "${row}")
 math(EXPR most "${committed} * 11 / 10")
-if(files GREATER most)
-  message(SEND_ERROR "the demo compiles ${files} files, ${committed} stand in tests/growth.csv: leave out what"
-    " a simulated hand does not need, or commit the new figure and say why")
+if(files LESS 100 OR files GREATER most)
+  message(SEND_ERROR "the demo compiles ${files} files, ${committed} stand in tests/growth.csv: leave"
+    " out what a simulated hand does not need, or commit the new figure and say why")
 endif()
 message(STATUS "growth: the demo compiles ${files} files (${committed} committed)")

@@ -5,8 +5,8 @@
 
 /// States what the code trusts: a precondition, an invariant, the room in an array. Where it does
 /// not hold the process ends with the condition, file and line; with NDEBUG (the release preset)
-/// nothing is checked or evaluated, so a condition has no side effects, and what it names must exist
-/// all the same.
+/// nothing is checked or evaluated, so a condition has no side effects, and what it names must
+/// exist all the same.
 ///
 /// It is for a bug of the caller, in this process. What comes from outside (a file, a device,
 /// another process, a person) may be wrong at any time: that gives an error line, a flag or a zero

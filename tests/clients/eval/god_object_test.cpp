@@ -89,7 +89,7 @@ bool is_behind_a_plane(const ServoFrame& f, const ContactSet& set, double radius
 }  // namespace
 
 TEST_CASE("god-object: plane force is k times depth with exact direction", "[lab]") {
-  const Proxy proxy = GENERATE(kGodObject, kPoint, kSmall, kLarge);
+  const Proxy proxy = GENERATE(as<Proxy>{}, kGodObject, kPoint, kSmall, kLarge);
   check_slide(proxy, kStiffness, block_below(), 2, {1, GENERATE(0u, 1u, 2u)});
 }
 
@@ -130,7 +130,7 @@ TEST_CASE("god-object: sliding over a convex edge never drops through and never 
 
 TEST_CASE("god-object: past a convex edge at 0.5 m/s with contact at 50 Hz there is no ghost wall",
           "[lab][trap]") {
-  const Proxy proxy = GENERATE(kGodObject, Proxy{Renderer::kVirtualProxy3, 1e-3, 0.5});
+  const Proxy proxy = GENERATE(as<Proxy>{}, kGodObject, Proxy{Renderer::kVirtualProxy3, 1e-3, 0.5});
   const double radius = proxy.radius;
   // 1 mm above the face, over the edge at x = 50 mm, then down past the plane of the face
   const double turn = 0.052 + 2 * radius;
@@ -155,7 +155,7 @@ TEST_CASE("god-object: past a convex edge at 0.5 m/s with contact at 50 Hz there
 
 TEST_CASE("god-object: a closed loop pressed into one face returns no energy", "[lab][property]") {
   // quasi-static: ∮F·dx = 0 ± 1e-6 J without friction; with it work is lost
-  const Proxy proxy = GENERATE(kGodObject, kSmall, Proxy{Renderer::kVirtualProxy3, 1e-3, 0.3});
+  const Proxy proxy = GENERATE(as<Proxy>{}, kGodObject, kSmall, Proxy{Renderer::kVirtualProxy3, 1e-3, 0.3});
   const auto circle = [&](double t) {
     const double a = kPi * t;
     return Vec3{0.01 * std::cos(a), 0.01 * std::sin(a),
