@@ -64,7 +64,14 @@ TEST_CASE("fault: contact and sim are killed or stand still, and the force is wh
   for (int i = 0; i < 3; ++i) s.inject(FaultKind::kContactStop);
   CHECK(s.is_pressing());
   // what contact answers reaches the servo, and clear-fault too
-  CHECK(s.inject(FaultKind::kContactNaN).zero_after_ns);
+  for (const FaultKind kind : {FaultKind::kContactNaN, FaultKind::kContactInfinity}) {
+    CHECK(s.inject(kind).zero_after_ns);
+    CHECK(s.is_pressing());
+  }
+  // at a tenth of the rate it carries the wall as before, a second late it is never rendered
+  s.inject(FaultKind::kContactTenTimes);
+  CHECK(s.is_pressing());
+  CHECK(s.inject(FaultKind::kContactThousandTimes).zero_after_ns);
   CHECK(s.is_pressing());
   CHECK(s.inject(FaultKind::kSimKill).recovery_ns);
   CHECK(s.session.sim().generation > sim.generation);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
+#include <functional>
 #include <string>
 
 #include "clients/torture/faults.h"
@@ -27,13 +28,14 @@ struct FaultedSession {
       : session({folder.path(), recorded ? folder.path() + "/run" : "", true, six}) {}
 
   /// Injects a fault and fails the test if there is a violation, or if servo or contact was
-  /// replaced although the fault was not theirs.
-  FaultOutcome inject(FaultKind kind) {
+  /// replaced although the fault was not theirs. Each attempt begins with `first`.
+  FaultOutcome inject(FaultKind kind, const std::function<void()>& first = {}) {
     FaultOutcome outcome;
     for (int i = 0; i < kAttempts; ++i) {
       // the documented recovery time does not hold for a second death within ten seconds
       while (i > 0 && now_ns() < injector.ready_ns(kind)) session.pause(kNsPerSecond / 10);
       const uint64_t servo = session.servo().generation, contact = session.contact().generation;
+      if (first) first();
       outcome = injector.inject(kind);
       outcome.violations.insert(outcome.violations.end(), outcome.before.begin(),
                                 outcome.before.end());

@@ -196,9 +196,14 @@ void check_top(const std::string& folder) {
   const double rate = std::stod(json.output.substr(json.output.find(key) + key.size()));
   CHECK(rate > 500);
   CHECK(rate < 1100);
-  // Ctrl-C ends it at once, however long its period
+  // Ctrl-C ends it at once, however long its period, as soon as it catches the signal
   const int64_t start_ns = now_ns();
-  shell("hapt top -d 100000 & pid=$!; sleep 0.3; kill -INT $pid; wait $pid", folder);
+  const Ran ended = shell(
+      "hapt top -d 100000 & pid=$!; "
+      "until grep -q '^SigCgt:.*[2367abef]$' /proc/$pid/status; do sleep 0.05; done; "
+      "kill -INT $pid; wait $pid",
+      folder);
+  CHECK(ended.code == 0);
   CHECK(now_ns() - start_ns < 20 * kNsPerSecond);
 }
 
@@ -257,9 +262,8 @@ TEST_CASE("hapt top, record and status, and example 01, look at a session they d
   const std::string folder = session.folder.path();
   check_top(folder);
   check_record(folder);
-  const Ran pose = shell("timeout 0.5 01_watch live", folder);
-  INFO(pose.output);
-  CHECK(lines(pose.output) > 2);
+  test::ProgramProcess watch("01_watch", {"live"}, folder);
+  CHECK(eventually([&] { return lines(watch.log()) > 2; }));
   const Ran none = shell("01_watch missing", folder);
   CHECK(none.code != 0);
   CHECK(has(none.output, "no session 'missing' is running (looked in "));

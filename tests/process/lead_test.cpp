@@ -52,8 +52,31 @@ TEST_CASE("hapt lead: the tool is led to a place in free space, and back") {
   // the log has a line for the beginning, not sixty a second
   CHECK(hapticd.log().find("somebody leads") == hapticd.log().rfind("somebody leads"));
 
-  // whoever leads is killed: the hand goes its own way again
+  // whoever leads stops, and hapticd with it: the servo notices by itself
+  const int signal = GENERATE(SIGSTOP, SIGKILL);
+  leader.send(signal);
+  if (signal == SIGSTOP) hapticd.send(SIGSTOP);
+  const int64_t stopped_ns = now_ns();
+  bool was_led = true;
+  int64_t ended_ns = 0;
+  // on a busy machine a gap between two commands may have ended it for a while: the last end counts
+  CHECK(eventually([&] {
+    while (watcher.servo.next(watcher.servo_frame)) {
+      const DeviceState& device = watcher.servo_frame.device;
+      const bool led_now = (device.flags & kDeviceLed) != 0;
+      if (was_led && !led_now) ended_ns = device.t_ns;
+      was_led = led_now;
+    }
+    return !was_led && now_ns() - stopped_ns > 2 * kLeadNs;
+  }));
+  // the newest command that hapticd has published, before anybody goes on
+  while (watcher.control.next(watcher.control_frame)) {
+  }
+  leader.send(SIGCONT);
   leader.send(SIGKILL);
+  hapticd.send(SIGCONT);
+  const int64_t last_ns = watcher.control_frame.intent_t_ns;
+  CHECK(ended_ns >= last_ns + kLeadNs);
   CHECK(eventually([&] {
     watcher.servo.latest(watcher.servo_frame);
     return norm(watcher.servo_frame.X_WT.p - place_W) > 0.01;

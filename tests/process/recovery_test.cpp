@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapticd is killed and started again: whoever watches is back by itself and says what it missed.
+// sim is killed, and a body with mass goes on where its readers have carried it.
+#include <algorithm>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "clients/library/recorder.h"
 #include "proto/log/trace.h"
+#include "proto/wire/scene_pose.h"
 #include "tests/process/hapt_command.h"
 #include "tests/process/watcher.h"
 #include "tests/support/data.h"
+#include "tests/support/near.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -85,6 +90,49 @@ void check_gap(const std::string& file) {
   CHECK(frames[before - 1].tick == static_cast<uint64_t>(gaps[0].numbers[1]));
 }
 
+/// A block of 20 kg that floats, and a hand that strokes it.
+std::string write_pushed(const std::string& folder) {
+  std::string path = folder + "/pushed.toml";
+  std::ofstream(path) << R"([session]
+name = "pushed"
+realtime = false
+[device]
+kind = "simulated-hand"
+max_force = "6 N"
+[device.hand.intent]
+hover_radius = "45 mm"
+press_radius = "30 mm"
+[[object]]
+name = "block"
+primitive = "box"
+extent = ["80 mm", "80 mm", "80 mm"]
+[object.body]
+mass = "20 kg"
+)";
+  return path;
+}
+
+/// Everything that servo and sim have published.
+struct Published {
+  std::vector<ServoFrame> servo;
+  std::vector<SceneFrame> scenes;
+
+  void drain(Watcher& watcher) {
+    for (ServoFrame frame; watcher.servo.next(frame);) servo.push_back(frame);
+    for (SceneFrame frame; watcher.sim.next(frame);) scenes.push_back(frame);
+  }
+  bool is_mid_push() const {
+    if (servo.empty() || scenes.empty()) return false;
+    return norm(servo.back().F_coupling_W.f) > 1 && norm(scenes.back().V_WO[0].v) > 1e-3;
+  }
+  /// The first scene of the next sim; end: it has published none yet.
+  auto next_sim(int64_t killed_ns) const {
+    return std::find_if(scenes.begin() + 1, scenes.end(), [=](const SceneFrame& scene) {
+      return scene.t_ns > killed_ns && scene.t_ns - (&scene)[-1].t_ns > 5'000'000;
+    });
+  }
+};
+
 }  // namespace
 
 TEST_CASE(
@@ -120,13 +168,47 @@ TEST_CASE(
 TEST_CASE("recovery: hapt record waits no longer than it was told to record") {
   Mortal session;
   const std::string file = session.folder.path() + "/run.mcap";
-  ProgramProcess recorder("hapt", {"record", "-o", file, "--session", "mortal", "--for", "1s"},
+  ProgramProcess recorder("hapt", {"record", "-o", file, "--session", "mortal", "--for", "3s"},
                           session.folder.path());
   REQUIRE(eventually([&] { return recorder.said("recording to "); }));
   session.hapticd->send(SIGKILL);
   CHECK(recorder.exit_code() == 0);
   CHECK(recorder.said("hapticd is gone; "));
   CHECK(TraceReader(file).mcap().finished());
+}
+
+TEST_CASE("pushed: sim is killed in mid-push, and the body is whole where it was extrapolated") {
+  const TemporaryRuntimeFolder folder;
+  const HapticdProcess hapticd({write_pushed(folder.path())}, folder.path());
+  Watcher watcher("pushed");
+  REQUIRE(watcher.wait_for_all());
+  Published seen;
+  REQUIRE(eventually([&] {
+    seen.drain(watcher);
+    return seen.is_mid_push();
+  }));
+  REQUIRE(::kill(writer_of(watcher.sim), SIGKILL) == 0);
+  const int64_t killed_ns = now_ns();
+  // the frame that the next sim has used may be read a moment later
+  REQUIRE(eventually([&] {
+    seen.drain(watcher);
+    const auto back = seen.next_sim(killed_ns);
+    return back != seen.scenes.end() && now_ns() - back->t_ns > kNsPerSecond / 10;
+  }));
+  INFO(hapticd.log());
+  const auto next = seen.next_sim(killed_ns);
+  const SceneFrame& last = next[-1];
+  CAPTURE(next->t_ns - last.t_ns);
+  CHECK(next->seq == last.seq + 1);
+  // whoever read the last frame has seen the body there
+  const auto used = std::find_if(seen.servo.begin(), seen.servo.end(),
+                                 [&](const ServoFrame& f) { return f.t_ns == next->seen_t_ns[0]; });
+  REQUIRE(used != seen.servo.end());
+  const Pose expected = object_pose_at(last, 0, next->t_ns, push_of(*used));
+  CHECK_THAT(next->X_WO[0].p, IsNear(expected.p, 1e-9));
+  CHECK(norm(next->X_WO[0].p - last.X_WO[0].p) > 1e-6);
+  // what was pushed while none moved it is counted, and nothing is given at once
+  CHECK_THAT(next->V_WO[0].v, IsNear(last.V_WO[0].v, 1e-9));
 }
 
 }  // namespace haptic

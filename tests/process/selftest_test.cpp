@@ -76,7 +76,7 @@ TEST_CASE("selftest: a device that falls silent in mid-run fails it") {
     kill(emulator.pid(), SIGSTOP);
   });
   const test::Ran ran =
-      test::hapt("selftest --config woody.toml --ticks 500 --json", folder.path());
+      test::hapt("selftest --config woody.toml --ticks 2000 --json", folder.path());
   over = true;
   silencer.join();
   kill(emulator.pid(), SIGCONT);

@@ -134,9 +134,9 @@ TEST_CASE("god-object: past a convex edge at 0.5 m/s with contact at 50 Hz there
   const double radius = proxy.radius;
   // 1 mm above the face, over the edge at x = 50 mm, then down past the plane of the face
   const double turn = 0.052 + 2 * radius;
-  int tempted = 0;
-  for (const double offset : {0.0, 3.0, 7.0, 12.0, 18.0}) {
+  for (const double offset : {0.0, 3.0, 5.0, 7.0, 12.0, 18.0, 19.0}) {
     double lowest = 1;
+    int tempted = 0;
     const auto past = [&](double t) {
       const double x = -0.04 + 0.5 * (t - 1e-3 * offset);
       return Vec3{x, 0.003, 0.051 + 1.1 * radius - std::max(0.0, x - turn)};
@@ -148,14 +148,18 @@ TEST_CASE("god-object: past a convex edge at 0.5 m/s with contact at 50 Hz there
           CAPTURE(f.tick, f.X_WT.p, f.F_device_B.f);
           REQUIRE(norm(f.F_device_B.f) == 0);
         });
+    CAPTURE(radius, offset);
     CHECK(lowest < 0.045 + 2 * radius);
+    // in five phases of contact the set still has a plane that could push, beyond the edge; in the
+    // others a newer set may come first
+    if (offset < 8 || offset == 19) CHECK(tempted > 0);
   }
-  CHECK(tempted > 0);  // beyond the edge the set did contain a plane that could push
 }
 
 TEST_CASE("god-object: a closed loop pressed into one face returns no energy", "[lab][property]") {
   // quasi-static: ∮F·dx = 0 ± 1e-6 J without friction; with it work is lost
-  const Proxy proxy = GENERATE(as<Proxy>{}, kGodObject, kSmall, Proxy{Renderer::kVirtualProxy3, 1e-3, 0.3});
+  const Proxy proxy =
+      GENERATE(as<Proxy>{}, kGodObject, kSmall, Proxy{Renderer::kVirtualProxy3, 1e-3, 0.3});
   const auto circle = [&](double t) {
     const double a = kPi * t;
     return Vec3{0.01 * std::cos(a), 0.01 * std::sin(a),

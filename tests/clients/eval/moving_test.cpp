@@ -3,7 +3,9 @@
 // planted faults, and a few scenes of the suite.
 #include "clients/eval/moving.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <set>
 
 #include "clients/eval/oracle/exact_cgal.h"
 #include "clients/eval/rigid.h"
@@ -157,7 +159,14 @@ TEST_CASE("eval moving: the same seed makes the same scene", "[lab]") {
 TEST_CASE("eval moving: no tool changes sides, and no force pulls across an object",
           "[lab][trap]") {
   MovingEval eval;
-  eval.scenes = sweep(2);  // 1000 with HAPTIC_TORTURE_SCALE = 500
+  // the scenes of seeds 17 to 21 are of all five kinds
+  eval.first_seed = 17;
+  eval.scenes = sweep(5);  // 1000 with HAPTIC_TORTURE_SCALE = 200
+  std::set<std::string> kinds;
+  for (uint64_t k = 0; k < eval.scenes; ++k) {
+    kinds.insert(make_moving_scene(eval.first_seed + k).kind);
+  }
+  CHECK(kinds.size() == std::min<size_t>(eval.scenes, 5));
   size_t judged = 0;
   for (const Row& row : eval_moving(eval)) {
     CAPTURE(row.case_name, row.metric, row.value, row.note);

@@ -201,12 +201,13 @@ TEST_CASE("judge: a zero before the stated time may be another's, and force may 
 TEST_CASE("judge: a violation says what it was, when, how much, and what was allowed") {
   const auto only = [](const Records& records, const JudgedFault& f) {
     const ForceVerdict verdict = judge_force(kRules, records, f);
-    REQUIRE_FALSE(verdict.violations.empty());
+    REQUIRE(verdict.violations.size() == 1);
     return verdict.violations.front();
   };
   const double deep = 7.5e-3;  // 3.75 N
-  const ForceViolation strong = only(account(full, deep), fault(Effect::kNothing, 100, 600));
-  CHECK(strong.breach == ForceBreach::kTooStrong);
+  const auto verdict = judge_force(kRules, account(full, deep), fault(Effect::kNothing, 100, 600));
+  REQUIRE(breaks(verdict, ForceBreach::kTooStrong));
+  const ForceViolation& strong = verdict.violations.front();
   CHECK(strong.force == Approx(3.75).margin(0.05));
   CHECK(strong.allowed == Approx(3.605));
   const auto spike = account([](double t) { return t == 400 ? 1.02 : 1; });
@@ -221,10 +222,11 @@ TEST_CASE("judge: a violation says what it was, when, how much, and what was all
   Records gap = account(full);
   gap.erase(gap.begin() + 400);
   CHECK(only(gap, fault(Effect::kNothing, 100, 600)).breach == ForceBreach::kLostRecord);
-  // where the next servo's start is unknown too
   const auto hard =
       account([](double t) { return t < 500 ? closed(t) : std::clamp((t - 500) / 25, 0.0, 1.0); });
-  CHECK(only(hard, fault(Effect::kZero, 100, 0)).breach == ForceBreach::kHardStart);
+  CHECK(only(hard, fault(Effect::kZero, 100, 500)).breach == ForceBreach::kHardStart);
+  // where the next servo's start is unknown too
+  CHECK(breaks(judge_force(kRules, hard, fault(Effect::kZero, 100, 0)), ForceBreach::kHardStart));
 }
 
 TEST_CASE("judge: planes that are not there may push beyond the wall, but not in a step") {

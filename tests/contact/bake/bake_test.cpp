@@ -469,8 +469,8 @@ TEST_CASE("bake: primitives are baked from their parameters") {
 }
 
 TEST_CASE("bake: the mesh for the eye is light and keeps the shape") {
-  // of 20,480 triangles, with HAPTIC_TORTURE_SCALE = 2 of 81,920
-  const uint32_t subdivisions = kSlowdown > 1 ? 4 : torture_scale() > 1 ? 6 : 5;
+  // 81,920 triangles, of which three in four must go
+  const uint32_t subdivisions = kSlowdown > 1 ? 4 : 6;
   const BakedShape fine = bake(make_icosphere(0.05, subdivisions));
   CHECK(fine.eye_triangles.size() <= 20000);
   CHECK(fine.eye_triangles.size() > 4000);

@@ -29,12 +29,15 @@ TEST_CASE("own device: the numbers of the line mean what its page says", "[devic
 TEST_CASE("own device: no limit of currents counts", "[device-io]") {
   DeviceConfig config;
   config.max_force = 20;
+  config.max_torque = 0.4;  // below the device's own 0.6
   config.serial.max_current = 0.001;
   Wall w(driver_row("own device"), holding(driver_row("own device")), config);
-  w.also_B.f = {0, 0, 50};
+  w.also_B = {{0, 0, 50}, {0, 0, 3}};
   w.run(50);
   CHECK(w.has(kDeviceSaturated));
   CHECK(norm(w.bench->felt_B().f) == Approx(20));
+  CHECK(norm(w.bench->felt_B().t) == Approx(0.4));
+  CHECK(w.as<EmulatedArm<OwnDevice>>().caps().max_torque == 0.4);
 }
 
 TEST_CASE("own device: a pose that trembles is found, by place or by turn", "[device-io]") {

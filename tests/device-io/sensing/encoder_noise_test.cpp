@@ -199,7 +199,8 @@ TEST_CASE("noise: no recorded hand is noise", "[device-io]") {
     CHECK(noisy_after(column_of(path, 1, kLever), 5000) == -1);
     CHECK(noisy_after(column_of(path, 2, kLever), 5000) == -1);
   }
-  CHECK(noisy_after(column_of(haptic::test::data_file(tue + "handRef.csv"), 1, kLever), 5000) == -1);
+  CHECK(noisy_after(column_of(haptic::test::data_file(tue + "handRef.csv"), 1, kLever), 5000) ==
+        -1);
   for (const char* name : {"wipe_fender_1", "wipe_rim_1", "wipe_rim_2"}) {
     const std::string path = haptic::test::data_file(epfl + name + ".csv");
     CAPTURE(name);

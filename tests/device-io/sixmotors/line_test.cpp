@@ -37,16 +37,20 @@ std::string tell(EmulatedDevice& board, std::string_view text, int64_t t_ns) {
 }
 
 /// With the numbers of so many motors for each #; without the first of them for ~, with a letter
-/// for the last for $; large ones for ^.
+/// for the last for $, without the second for %; all but the last for &; as many as the other
+/// board has for *; large ones for ^.
 std::string filled(const std::string& text, size_t motors) {
-  const std::string numbers = std::string("10,20,30,40,50,60").substr(0, 3 * motors - 1);
+  const std::string all = "10,20,30,40,50,60", numbers = all.substr(0, 3 * motors - 1);
   std::string out;
   for (const char c : text) {
     if (c == '#') out += numbers;
     if (c == '~') out += numbers.substr(2);
     if (c == '$') out += numbers.substr(0, 3 * motors - 3) + "x";
+    if (c == '%') out += numbers.substr(0, 3) + numbers.substr(5);
+    if (c == '&') out += numbers.substr(0, 3 * motors - 4);
+    if (c == '*') out += motors == 3 ? all : all.substr(0, 8);
     if (c == '^') out += motors == 3 ? "6000,6001,-6000" : "6000,6001,-6000,-6001,6000,9999";
-    if (std::string_view("#~$^").find(c) == std::string_view::npos) out += c;
+    if (std::string_view("#~$%&*^").find(c) == std::string_view::npos) out += c;
   }
   return out;
 }
@@ -80,6 +84,8 @@ TEST_CASE("six motors line: each line has the answer that the table says", "[dev
       {"[1,[#]\n", {512}, kBefore},  // commas count from the line's begin
       {"[^]\n", {0}, {6000, 0, -6000, 0, 6000, 0}},
       {"[1,2]\n", {512}, kBefore},
+      {"[&]\n", {512}, kBefore},
+      {"[*]\n", {512}, kBefore},
       {"[#,7]\n", {512}, kBefore},
       {"[]\n", {512}, kBefore},
       {"]\n", {256}, kBefore},
@@ -87,6 +93,7 @@ TEST_CASE("six motors line: each line has the answer that the table says", "[dev
       {"[a#]\n", {1024}, kBefore},
       {"[$]\n", {1024}, kBefore},
       {"[~]\n", {1024}, kBefore},
+      {"[%]\n", {1024}, kBefore},
       {"[#] \n", {8}, kBefore},
       {std::string(127, '7'), {128}, kBefore},
       // both of two lines at once are lost

@@ -78,6 +78,21 @@ TEST_CASE("servo: a tool that never enters an object feels the coupling alone", 
   CHECK_THAT((after.t - before.t) / 1e-3, IsNear(-f.F_coupling_W.t, 1e-6));
 }
 
+TEST_CASE("servo: what a rigid tool meets without the hand's motion comes slowly", "[servo]") {
+  const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
+  Session session(*floor_set(renderer));
+  session.model.limits.slew = 100;
+  ServoFrame f{};
+  double last = 0;
+  for (int i = 0; i < 200; ++i) {
+    f = session.tick({0, 0, -5e-3});
+    REQUIRE(norm(f.F_device_B.f) - last <= 0.1 * (1 + 1e-9));
+    last = norm(f.F_device_B.f);
+  }
+  CHECK(last > 1);
+  CHECK((f.flags & kServoSlewing) == 0);
+}
+
 TEST_CASE("servo: contacts that come and go at once are felt as a ramp", "[servo][trap]") {
   Session session(*floor_set(Renderer::kGodObject6));
   const double depth = 5e-3, full = kStiffness * depth, most = kMostForceRate * session.model.dt;

@@ -71,6 +71,7 @@ struct Spoil {
   int age = 0;          // of the contacts, in ticks more than one for each tick of the fault
   bool frozen = false;  // no new contacts at all
   double late = 0;      // of the first tick [s]
+  int every = 1;        // ticks from one set of contacts to the next
 };
 
 class Session {
@@ -103,7 +104,7 @@ class Session {
   void step(const Spoil& spoil, int since) {
     const double seconds = kDt + (since == 0 ? spoil.late : 0);
     t_ns_ += static_cast<int64_t>(1e9 * seconds);
-    if (!spoil.frozen) {
+    if (!spoil.frozen && since % spoil.every == 0) {
       fresh_ = set_of({plane({0, 0, 1}, {}, 0.2)});
       fresh_->seq = ++seq_;
       fresh_->answers_t_ns = t_ns_ - kMs * (1 + spoil.age);
@@ -221,6 +222,7 @@ TEST_CASE("faults: the promises are seen to break", "[servo]") {
 
 TEST_CASE("faults: what closes the force closes the torque, until it is cleared", "[servo]") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
   struct Row {
     const char* name;
     Fault fault;
@@ -231,11 +233,11 @@ TEST_CASE("faults: what closes the force closes the torque, until it is cleared"
       {"contact: NaN in an answer", Fault::kContactsNotFinite, 1,
        [&](ServoInput&, ContactSet& set) { set.contacts[0].normal_O.x = nan; }},
       {"contact: infinity in an answer", Fault::kContactsNotFinite, 1,
-       [](ServoInput&, ContactSet& set) {
-         set.contacts[0].object_point_O.z = std::numeric_limits<double>::infinity();
-       }},
+       [&](ServoInput&, ContactSet& set) { set.contacts[0].object_point_O.z = infinity; }},
       {"device: position that is no number", Fault::kDeviceNotFinite, 1,
        [&](ServoInput& input, ContactSet&) { input.device.X_BH.p.y = nan; }},
+      {"device: position that is infinite", Fault::kDeviceNotFinite, 1,
+       [&](ServoInput& input, ContactSet&) { input.device.X_BH.p.z = infinity; }},
       {"device: orientation that is no number", Fault::kDeviceNotFinite, 1,
        [&](ServoInput& input, ContactSet&) { input.device.X_BH.q.w = nan; }},
       {"device: pose jumps by 0.67 m and back", Fault::kPoseJump, 1,
@@ -315,7 +317,7 @@ TEST_CASE("faults: old contacts are held, faded and gone, and come back by a ram
 TEST_CASE("faults: a contact that is ten times too slow changes nothing", "[servo]") {
   Session session;
   const size_t begin = session.now();
-  session.run(400, {{}, 10, false});
+  session.run(400, {{}, 10, false, 0, 10});
   for (size_t i = begin; i < session.now(); ++i) REQUIRE(is_wall(session.ticks()[i]));
 }
 

@@ -33,14 +33,14 @@ TEST_CASE("eval slow contact: no sawtooth over a ball at any rate of contact", "
     const SlowRun fresh = run_slowly(ball, renderer, 1);
     const Slowness alone = compare_runs(ball, fresh, fresh);
     CHECK(alone.mean > 0.05);
-    // 50 Hz; with HAPTIC_TORTURE_SCALE = 2 also 200 Hz
-    std::vector<uint32_t> periods{20};
-    if (torture_scale() > 1) periods.push_back(5);
-    for (const uint32_t period : periods) {
+    for (const uint32_t period : {5u, 10u, 20u}) {
       const Slowness found = compare_runs(ball, fresh, run_slowly(ball, renderer, period));
       CAPTURE(renderer.name, period, alone.rough, found.rough, found.error, found.mean, found.most);
-      // stable
-      CHECK(found.most < 2 * alone.most);
+      // stable; where no proxy is solved the hand itself runs into old planes
+      const bool is_direct = renderer.solver == SoftSolver::kDirect;
+      CHECK(found.most < (is_direct ? 2 : 1.5) * alone.most);
+      // old contacts are off by a part of the force, no more
+      if (!is_direct) CHECK(found.error < 0.4 * alone.most);
       if (!renderer.is_smooth) continue;
       CHECK(found.rough <= 0.02);
       // a proxy with mass falls behind before contact answers
