@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The renderer virtual-proxy3, servo and contact together in lockstep, against closed forms.
-// What it shares with god-object3 is in god_object_test.cpp.
+// god_object_test.cpp tests what both renderers of a point do.
 #include "clients/lab/lockstep.h"
 #include "contact/bake/inside.h"
 #include "proto/config/devices.h"

@@ -50,7 +50,7 @@ struct ArmTicks {
     arm.move(frame.X_command_B);
     return frame;
   }
-  /// What contact answers to it.
+  /// Contact's answer to a frame, at the scene as it stands.
   std::unique_ptr<ContactSet> answer(const ServoFrame& frame) {
     return std::make_unique<ContactSet>(contact_step(contact, *contact_state, frame, &scene));
   }

@@ -127,8 +127,8 @@ struct Pushed {
   }
 };
 
-/// The same by definition: hand, one-sided spring, and a box that is free or fixed. What the hand
-/// holds, by its button, also pulls with k s (hand − place).
+/// The motion integrated from its definition: a hand, a one-sided spring, and a box that is free or
+/// fixed. A box that the hand holds by its button is also pulled with k s (hand − place).
 struct Integrated {
   std::vector<double> force;  // at each tick [N]
   double hand = 0, box = 0;   // at the end [m]
@@ -154,7 +154,8 @@ inline Integrated integrate(HandModel hand, double stiffness, double mass, bool 
   return out;
 }
 
-/// What a hand has given [N·s] is what the body has, and what nobody took up of it; returns that.
+/// Checks the balance of momentum: the impulse that a hand has given [N·s] is the body's momentum and
+/// the impulse that servo and sim have forgotten; returns the latter.
 inline double check_balance(Lockstep& lockstep, double mass, double given, double forgotten = 0) {
   for (int k = 0; k < 5; ++k) lockstep.step();  // nothing touches any more
   const SceneFrame& scene = lockstep.scene();

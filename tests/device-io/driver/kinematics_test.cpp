@@ -41,16 +41,16 @@ struct ArmRow {
 
   std::function<bool(const Pose& X_BH, JointAngles& q)> solve;
   std::function<bool(const JointAngles& q, Pose& X_BH)> pose;
-  /// Of several ways to reach a pose it is the one that is meant.
+  /// True for the solution that the driver chooses where several angles reach one pose.
   bool (*is_meant)(const JointAngles& q) = [](const JointAngles&) { return true; };
-  /// Of the handle, per velocity of each joint; empty: the device has none.
+  /// Columns of the Jacobian: the handle's twist per velocity of each joint; empty: there is none.
   std::function<Columns(const JointAngles& q, const Pose& X_BH)> jacobian;
-  /// What the motors do for a wrench, its inverse, and the work of a unit of a motor over a unit of
-  /// its joint [J]; empty: the device has none.
+  /// Motor currents of a wrench, the wrench of motor currents, and the work of one unit of a motor
+  /// over one unit of its joint [J]; empty: there are none.
   std::function<MotorAmperes(const JointAngles& q, const Pose& X_BH, const Wrench& F_B)> drive;
   std::function<Wrench(const JointAngles& q, const Pose& X_BH, const MotorAmperes&)> wrench;
   std::array<double, kMostMotors> work{};
-  /// Of its encoders, rounded down, and the angles of whole counts; empty: none are known here.
+  /// Encoder counts of angles, rounded down, and the angles of counts; empty: none are known here.
   std::function<MotorCounts(const JointAngles& q)> counts;
   std::function<JointAngles(const MotorCounts&)> angles;
   size_t encoders = 3;
