@@ -154,8 +154,8 @@ inline Integrated integrate(HandModel hand, double stiffness, double mass, bool 
   return out;
 }
 
-/// Checks the balance of momentum: the impulse that a hand has given [N·s] is the body's momentum and
-/// the impulse that servo and sim have forgotten; returns the latter.
+/// Checks the balance of momentum: the impulse that a hand has given [N·s] is the body's momentum
+/// and the impulse that servo and sim have forgotten; returns the latter.
 inline double check_balance(Lockstep& lockstep, double mass, double given, double forgotten = 0) {
   for (int k = 0; k < 5; ++k) lockstep.step();  // nothing touches any more
   const SceneFrame& scene = lockstep.scene();
