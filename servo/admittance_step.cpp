@@ -89,8 +89,8 @@ VirtualBody free_step(const ServoModel& model, AdmittanceState& own, const Wrenc
 }
 
 /// The tool of a body on its way; the clutch moves the workspace instead, and the tool stays.
-void place_tool(const ServoModel& model, ServoState& state, const ServoInput& input,
-                const VirtualBody& body, ServoFrame& frame) {
+void place_shown_tool(const ServoModel& model, ServoState& state, const ServoInput& input,
+                      const VirtualBody& body, ServoFrame& frame) {
   DeviceState device = input.device;
   device.X_BH = body.X_BH;
   const Pose X_WT = tool_pose(model.map, state.clutch, body.X_BH);
@@ -274,7 +274,7 @@ ServoFrame admittance_step(const ServoModel& model, ServoState& state, const Ser
   VirtualBody free = free_step(model, own, push_B, frame.device, closed, frame);
   const bool is_soft = is_soft_body(input.contacts);
   if (!is_soft) stay_in_sight(model, state, input, before, free);
-  place_tool(model, state, input, free, frame);
+  place_shown_tool(model, state, input, free, frame);
   TickScene scene = scene_of(state, input);
   const Coupling coupling = is_soft ? state.coupling : inertial_coupling(model);
   const Rendered rendered = render(model, state, input, scene, coupling, frame);

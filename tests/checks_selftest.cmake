@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Shows that a check fails: plants one breach at a time in a small tree that is otherwise right.
-# Run: cmake -DCHECK=<layering, links or style.cmake> -DWORK=<folder> -P tests/checks_selftest.cmake
+# Run: cmake -DCHECK=<layering, links, style or unnamed.cmake> -DWORK=<folder> -P tests/checks_selftest.cmake
 cmake_minimum_required(VERSION 3.25)
 
 set(gpl "// SPDX-License-Identifier: GPL-3.0-or-later\n")
@@ -131,6 +131,21 @@ elseif(CHECK MATCHES "links")
   expect_breach(README.md "```\n## Nowhere\n```\n[a](#nowhere)\n")
   expect_breach(docs/config.md "[a](README.md)\n")
   expect_breach(docs/decisions/1.md "text\n[a](../../docs/config.md) [b](../none.md)\n")
+elseif(CHECK MATCHES "unnamed")
+  set(one "${gpl}namespace haptic {\nnamespace {\n\ndouble reach_of(int n) {\n}\n\n}  // namespace\n")
+  string(REPLACE "int" "double" other "${one}")
+  build_clean_tree()
+  file(WRITE ${WORK}/contact/query/box/y.cpp "${one}")
+  file(WRITE ${WORK}/contact/shape/y.cpp "${other}")  # another area
+  run_check(status output)
+  if(NOT status EQUAL 0)
+    message(SEND_ERROR "refused, though in two areas:\n${output}")
+  endif()
+  file(WRITE ${WORK}/contact/query/point/hit.cpp "${other}")
+  run_check(status output)
+  if(status EQUAL 0 OR NOT output MATCHES "contact/query/[a-z/]+.cpp:5: reach_of")
+    message(SEND_ERROR "not caught: reach_of in two files of one area:\n${output}")
+  endif()
 else()
   repeat_lines(601 long_source)
   repeat_lines(121 long_main)

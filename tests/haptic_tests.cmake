@@ -21,6 +21,7 @@ haptic_test_flags(test_flags_optimised -O1)
 
 function(haptic_compile_as_test target flags)
   target_link_libraries(${target} PRIVATE ${flags})
+  haptic_compile_together(${target})
   if(HAPTIC_FAST_COMPILE)
     target_precompile_headers(${target} REUSE_FROM ${flags}_common)
   endif()

@@ -4,7 +4,8 @@ if(NOT HAPTIC_SANITIZE)
   add_library(planted_symbols OBJECT servo/planted_symbols.cpp)
   target_link_libraries(planted_symbols PRIVATE haptic_flags)
   # of the proto room what the step calls: the small solvers and the mapping
-  set(proto_objects "$<FILTER:$<TARGET_OBJECTS:haptic_proto>,INCLUDE,/(math/.*|wire/mapping)[.]cpp[.]o$>")
+  set(of_step "/(math/.*|wire/mapping)[.]cpp[.]o$|/unity_proto_(math|wire)_[^/]*$")
+  set(proto_objects "$<FILTER:$<TARGET_OBJECTS:haptic_proto>,INCLUDE,${of_step}>")
   set(step_objects "$<TARGET_OBJECTS:haptic_servo>;${proto_objects}")
   add_test(NAME symbols COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} "-DOBJECTS=${step_objects}"
     -P ${CMAKE_CURRENT_SOURCE_DIR}/symbols.cmake)

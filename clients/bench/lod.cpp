@@ -14,6 +14,7 @@
 #include "contact/step.h"
 #include "proto/config/command_line.h"
 #include "proto/math/motion_metric.h"
+#include "proto/math/units.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 #include "servo/solve/body/soft_proxy.h"
@@ -21,7 +22,6 @@
 namespace haptic {
 namespace {
 
-constexpr double kTick = 1e-3;        // [s]
 constexpr double kGoalStep = 2e-3;    // p99 of sensation [s]; half of the paper's 100 Hz, and more
 constexpr double kGoalFaster = 10;    // sensation than the exact query, at least
 constexpr double kGoalError = 0.05;   // of its force, rms, of the rms force of the exact query

@@ -12,6 +12,7 @@
 #include "proto/math/coulomb.h"
 #include "proto/math/lcp.h"
 #include "proto/math/qp.h"
+#include "proto/math/units.h"
 #include "proto/os/rt_guard.h"
 
 namespace haptic {
@@ -21,7 +22,6 @@ constexpr size_t kChunk = 50;                      // queries of one contestant 
 constexpr double kGoal20 = 5e-6, kGoal64 = 20e-6;  // p99 of a solve with warm start [s]
 constexpr double kRadius = 0.05;                   // of the tool [m]
 constexpr double kMass = 0.2;                      // [kg]
-constexpr double kTick = 1e-3;                     // [s]
 constexpr double kPull = 20;          // [1/s]; a hand 5 mm away pulls the tool at 0.1 m/s
 constexpr double kFriction = 0.3;     // coefficient of friction
 constexpr size_t kSameContacts = 50;  // ticks with the same contacts

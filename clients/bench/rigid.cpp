@@ -20,6 +20,7 @@
 #include "contact/query/proximity/near_front.h"
 #include "contact/shape/mesh/tool_body.h"
 #include "proto/config/command_line.h"
+#include "proto/math/units.h"
 #include "proto/os/progress.h"
 #include "proto/os/realtime.h"
 #include "proto/wire/look_ahead.h"
@@ -28,7 +29,6 @@ namespace haptic {
 namespace {
 
 constexpr double kClearance = 0.05e-3;  // of the peg in the hole [m]
-constexpr double kTick = 1e-3;          // [s]
 constexpr double kAheadTicks = 3;       // look-ahead of a session, in ticks of hand motion
 constexpr double kGoalRate = 500;       // moves per second of CPU time
 constexpr uint64_t kPeerSamples = 25;   // poses at which FCL is timed

@@ -9,6 +9,7 @@
 
 #include "clients/bench/work/burst.h"
 #include "proto/ipc/segment.h"
+#include "proto/math/units.h"
 #include "proto/os/progress.h"
 
 namespace haptic {
@@ -159,8 +160,6 @@ std::vector<Row> bench_size(int rounds, Rights& rights) {
 }
 
 using ServoRing = decltype(ServoChannels::frames);
-
-constexpr int64_t kMs = 1'000'000;
 
 enum class Audience { kOneFast, kEightSlow, kEightStopped };
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <functional>
 #include <memory>
-#include <numbers>
 
 #include "clients/bench/peers/pair.h"
 #include "clients/bench/work/turns.h"
+#include "clients/bench/work/workload.h"
 #include "clients/lab/step_budget.h"
 #include "clients/lab/thread_cpu.h"
 #include "contact/bake/volume.h"
@@ -16,14 +16,13 @@
 #include "contact/query/proximity/triangle_pairs.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "proto/math/motion_metric.h"
+#include "proto/math/units.h"
 #include "proto/os/environment.h"
 #include "proto/wire/look_ahead.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kTick = 1e-3;        // [s]
 constexpr double kGoalStep = 1e-3;    // [s]
 constexpr double kDeadline = 0.8e-3;  // of a budget [s]
 constexpr int kTicksATry = 3000;      // to try a budget
@@ -52,10 +51,6 @@ VoxelConfig voxels_of(double size, double spacing) {
   voxel.point_spacing = spacing;
   voxel.budget = 0;  // no limit
   return voxel;
-}
-
-double swing(double amplitude, double frequency, double t) {
-  return amplitude * std::sin(2 * kPi * frequency * t);
 }
 
 /// Workload W3 of the collision queries: the rings of both threads are at the same heights, so that

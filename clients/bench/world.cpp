@@ -17,6 +17,7 @@
 #include "clients/report/median.h"
 #include "contact/shape/mesh/generated.h"
 #include "proto/config/command_line.h"
+#include "proto/math/units.h"
 #include "proto/os/progress.h"
 #include "proto/os/session_file.h"
 #include "sim/step.h"
@@ -24,7 +25,6 @@
 namespace haptic {
 namespace {
 
-constexpr double kTick = 1e-3;            // [s]
 constexpr int64_t kTickNs = 1'000'000;    // [ns]
 constexpr double kGoalStep = 0.5e-3;      // p99 of sim's step [s]: half of its period
 constexpr double kGoalContacts = 100;     // in the wall, on average, at least

@@ -60,7 +60,7 @@ std::string toml(const std::string& text) {
   return json_string(text);
 }
 
-std::string names_of(const std::vector<DeviceRow>& rows) {
+std::string listed_names(const std::vector<DeviceRow>& rows) {
   std::string text;
   for (const DeviceRow& row : rows) text += (text.empty() ? "" : ", ") + std::string(row.name);
   return text;
@@ -89,7 +89,8 @@ void print_one(const ListedDevice& device, std::ostream& out) {
   if (known) {
     out << kIndent << state_of(device.rows.front()) << '\n';
   } else {
-    out << kIndent << "may be any of: " << names_of(device.rows) << " (the config says which)\n";
+    out << kIndent << "may be any of: " << listed_names(device.rows)
+        << " (the config says which)\n";
   }
   const Obstacle obstacle = obstacle_of(device.node, device.access);
   out << kIndent << (obstacle.blocks ? "cannot be opened" : "can be opened");

@@ -210,7 +210,7 @@ void add_device(const MachineFacts& facts, const ListedDevice& device,
   }
 }
 
-const char* word_of(Grade grade) {
+const char* finding_word(Grade grade) {
   switch (grade) {
     case Grade::kGood:
       return "good";
@@ -247,8 +247,8 @@ bool is_any_wrong(const std::vector<Finding>& findings) {
 
 void print_findings(const std::vector<Finding>& findings, std::ostream& out) {
   for (const Finding& one : findings) {
-    out << word_of(one.grade) << std::string(one.grade == Grade::kWrong ? 2 : 3, ' ') << one.subject
-        << ": " << one.fact << '\n';
+    out << finding_word(one.grade) << std::string(one.grade == Grade::kWrong ? 2 : 3, ' ')
+        << one.subject << ": " << one.fact << '\n';
     if (!one.mend.empty()) out << "       mend: " << one.mend << '\n';
   }
   const auto wrong = std::ranges::count(findings, Grade::kWrong, &Finding::grade);
@@ -263,7 +263,7 @@ void print_findings_json(const std::vector<Finding>& findings, std::ostream& out
   out << '[';
   const char* apart = "\n  ";
   for (const Finding& one : findings) {
-    const std::string grade = one.grade == Grade::kWrong ? "wrong" : word_of(one.grade);
+    const std::string grade = one.grade == Grade::kWrong ? "wrong" : finding_word(one.grade);
     out << apart << "{\"grade\": " << json_string(grade)
         << ", \"subject\": " << json_string(one.subject) << ", \"fact\": " << json_string(one.fact)
         << ", \"mend\": " << json_string(one.mend) << '}';

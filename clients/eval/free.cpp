@@ -9,21 +9,21 @@
 
 #include "clients/lab/lockstep.h"
 #include "clients/lab/scripted_hand.h"
+#include "proto/math/units.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kTick = 1e-3;     // [s]
 constexpr double kEnough = 0.1;    // range of distances [m]; 2.5 × 2 m/s × 20 ms
 constexpr double kProvable = 0.9;  // fraction of a distance that a detector must be able to prove
 constexpr uint64_t kRelease = 3;   // in units of the answers' age; a held proxy has let go by then
-constexpr uint32_t kOldest = 20;   // largest default age of an answer [ticks]
-constexpr double kMaxTorque = 1;   // of the device, which holds the torque that it is told [N·m]
-constexpr double kTouch = 0.2e-3;  // [m]; closest approach of the tool when it is lowered
+constexpr uint32_t kOldestAnswer = 20;  // largest default age of an answer [ticks]
+constexpr double kMaxTorque = 1;  // of the device, which holds the torque that it is told [N·m]
+constexpr double kLowestGap = 0.2e-3;  // [m]; closest approach of the tool when it is lowered
 
-std::vector<FreeScene> scenes_of(const FreeEval& eval) {
+std::vector<FreeScene> free_scenes_of(const FreeEval& eval) {
   std::vector<FreeScene> scenes{peg_over_hole()};
   if (!eval.all_scenes) return scenes;
   scenes.push_back(box_over_moving_plate());
@@ -31,12 +31,12 @@ std::vector<FreeScene> scenes_of(const FreeEval& eval) {
   return scenes;
 }
 
-/// Lowers the tool from above to a distance of kTouch from the first object.
+/// Lowers the tool from above to a distance of kLowestGap from the first object.
 Vec3 touch_from_above(const FreeScene& scene, bool as_point) {
   const FreeOracle oracle(scene.objects[0], as_point ? Soup{} : scene.tool);
   Vec3 p = scene.over;
   for (double way = kEnough; way > 0; p.z -= way) {
-    way = oracle.at_least({p, {}}, kTouch, kEnough);
+    way = oracle.at_least({p, {}}, kLowestGap, kEnough);
   }
   return p;
 }
@@ -50,7 +50,7 @@ double felt_in(const ServoFrame& frame) {
 
 std::vector<uint32_t> ages_of(const FreeEval& eval) {
   if (!eval.ages.empty()) return eval.ages;
-  std::vector<uint32_t> ages(kOldest);
+  std::vector<uint32_t> ages(kOldestAnswer);
   std::iota(ages.begin(), ages.end(), 1);
   return ages;
 }
@@ -70,7 +70,7 @@ void judge_scene(const FreeScene& scene, bool as_point, const FreeEval& eval,
   }
 }
 
-std::vector<Row> rows_of(const std::string& name, const FreeFound& found) {
+std::vector<Row> free_rows(const std::string& name, const FreeFound& found) {
   Rows rows(name);
   rows.add("ticks", found.ticks);
   rows.add("ticks that may touch, and do", found.touched);
@@ -181,7 +181,7 @@ FreeFound judge_free(const FreeRenderer& renderer, FreeWay& way, uint32_t age, u
 std::vector<Row> eval_free(const FreeEval& eval) {
   const std::vector<FreeRenderer>& renderers = free_renderers();
   std::vector<FreeFound> found(renderers.size());
-  const auto scenes = scenes_of(eval);
+  const auto scenes = free_scenes_of(eval);
   Progress progress("eval free", 2 * static_cast<double>(scenes.size()));
   for (const FreeScene& scene : scenes) {
     for (const bool as_point : {true, false}) {
@@ -191,7 +191,7 @@ std::vector<Row> eval_free(const FreeEval& eval) {
   }
   Rows rows = machine_rows("free");
   for (size_t i = 0; i < renderers.size(); ++i) {
-    rows.append(rows_of(renderers[i].name, found[i]));
+    rows.append(free_rows(renderers[i].name, found[i]));
   }
   return rows.rows();
 }

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kFelt = 1e-9;       // [N]; a closed device is commanded exactly zero
 constexpr double kElsewhere = 1e-4;  // [m]; above the extrapolation error at 120 Hz
-constexpr std::array kJudged{Renderer::kGodObject6, Renderer::kConstrained6};
+constexpr std::array kMovingRenderers{Renderer::kGodObject6, Renderer::kConstrained6};
 
 SessionConfig moving_session(const MovingScene& scene, Renderer renderer) {
   RigidScene named;
@@ -29,7 +29,7 @@ SessionConfig moving_session(const MovingScene& scene, Renderer renderer) {
   return config;
 }
 
-std::vector<Row> rows_of(const std::string& name, const MovingFound& found) {
+std::vector<Row> moving_rows(const std::string& name, const MovingFound& found) {
   Rows rows(name);
   rows.add("scenes", found.scenes);
   rows.add("ticks", found.ticks);
@@ -132,7 +132,7 @@ std::vector<Row> eval_moving(const MovingEval& eval) {
   for (uint64_t k = 0; k < eval.scenes; ++k) {
     progress.at(static_cast<double>(k));
     const MovingScene scene = make_moving_scene(eval.first_seed + k);
-    for (const Renderer renderer : kJudged) {
+    for (const Renderer renderer : kMovingRenderers) {
       const MovingFound one = run_moving(scene, renderer, eval.lockstep);
       const std::string name = std::string(row_of(renderer).name) + ", " + scene.kind;
       found[name].add(one);
@@ -143,7 +143,7 @@ std::vector<Row> eval_moving(const MovingEval& eval) {
     }
   }
   for (const auto& [name, all] : found) {
-    rows.append(rows_of(name, all));
+    rows.append(moving_rows(name, all));
     if (bad.count(name) == 0) continue;
     Rows seeds(name);
     seeds.note("seeds of scenes that miss a goal", bad[name]);

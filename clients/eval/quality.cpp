@@ -15,12 +15,12 @@
 namespace haptic {
 namespace {
 
-constexpr double kPointStiffness = 1000;           // of one point or one exact contact [N/m]
-constexpr double kStiffness = 1000, kDamping = 9;  // of the coupling [N/m], [N·s/m]
-constexpr double kTurnStiffness = 2, kTurnDamping = 3e-3;  // [N·m/rad], [N·m·s/rad]
-constexpr double kMass = 0.02;                             // of the tool [kg]
-constexpr size_t kRoom = 100000;                           // capacity in pairs of triangles
-constexpr int kMostTicks = 500, kQuietTicks = 5;           // limit per pose; settled after as many
+constexpr double kPointStiffness = 1000;  // of one point or one exact contact [N/m]
+constexpr double kToolStiffness = 1000, kToolDamping = 9;  // of the coupling [N/m], [N·s/m]
+constexpr double kToolTurnStiffness = 2, kToolTurnDamping = 3e-3;  // [N·m/rad], [N·m·s/rad]
+constexpr double kToolMass = 0.02;                                 // of the tool [kg]
+constexpr size_t kRoom = 100000;                                   // capacity in pairs of triangles
+constexpr int kMostTicks = 500, kQuietTicks = 5;  // limit per pose; settled after as many
 constexpr double kQuiet = 1e-5;  // relative change of the wrench per tick that counts as settled
 
 constexpr std::array kScenes{QualityScene::kConeOnPlane, QualityScene::kSphereRoundCylinder,
@@ -45,7 +45,7 @@ VoxelConfig options_of(const QualityGrain& grain) {
 
 RigidBody body_of(const TriangleMesh& mesh) {
   ToolConfig config;
-  config.mass = kMass;
+  config.mass = kToolMass;
   return rigid_body_of(tool_body(mesh, config));
 }
 
@@ -93,7 +93,7 @@ QualityProbe::QualityProbe(const QualityRenderer& renderer, const QualityShapes&
   pushes_.resize(kPushesPerPair * kRoom);
   model_.solver = renderer.solver;
   model_.tool = body_of(tool_.mesh);
-  model_.coupling = {kStiffness, kDamping, kTurnStiffness, kTurnDamping, 0, 0};
+  model_.coupling = {kToolStiffness, kToolDamping, kToolTurnStiffness, kToolTurnDamping, 0, 0};
   model_.contact_stiffness = kPointStiffness;
   model_.max_travel = 0.5 * options_of(grain).band;
 }

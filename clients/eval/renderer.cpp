@@ -9,6 +9,7 @@
 #include "clients/lab/scripted_hand.h"
 #include "clients/report/plot_svg.h"
 #include "proto/config/devices.h"
+#include "proto/math/units.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 
@@ -17,7 +18,6 @@ namespace {
 
 using ProxyOracle = std::variant<GodObjectOracle, SphereOracle>;
 
-constexpr double kTick = 1e-3;           // [s]
 constexpr double kLockstepError = 1e-6;  // answered within the tick [N]
 constexpr double kLateError = 0.02;      // rms, answered one tick late [N]
 constexpr double kFlatRipple = 1e-5;     // on the plane [N]

@@ -14,12 +14,12 @@
 namespace haptic {
 namespace {
 
-constexpr double kStiffness = 1000;     // [N/m]
-constexpr double kLeastForce = 0.05;    // [N]; positions with less are not tested
-constexpr double kLeastGain = 1e-3;     // [N]; smallest reduction of the force that counts
-constexpr double kLeastDescent = 1e-6;  // [N]; as in EvalJudge
-constexpr double kRestShare = 0.999;    // goal: share of ticks in a local minimum
-constexpr uint64_t kSphereShare = 5;    // the sphere gets a fifth as many meshes
+constexpr double kProxyStiffness = 1000;   // [N/m]
+constexpr double kLeastForce = 0.05;       // [N]; positions with less are not tested
+constexpr double kLeastGain = 1e-3;        // [N]; smallest reduction of the force that counts
+constexpr double kRestlessDescent = 1e-6;  // [N]; as in EvalJudge
+constexpr double kRestShare = 0.999;       // goal: share of ticks in a local minimum
+constexpr uint64_t kSphereShare = 5;       // the sphere gets a fifth as many meshes
 
 /// A family of meshes, one per seed, and the radius of the proxy led over them.
 struct RestScene {
@@ -29,7 +29,7 @@ struct RestScene {
   uint64_t meshes;
 };
 
-std::vector<RestScene> scenes_of(const RestEval& eval) {
+std::vector<RestScene> rest_scenes_of(const RestEval& eval) {
   const uint64_t rolled = std::max<uint64_t>(eval.meshes / kSphereShare, 1);
   return {{"point on spiky spheres", 0, [](uint64_t s) { return make_spiky_sphere(6, 0.6, s); },
            eval.meshes},
@@ -38,7 +38,7 @@ std::vector<RestScene> scenes_of(const RestEval& eval) {
           {"sphere of 3 mm in a gyroid", 3e-3, [](uint64_t) { return make_gyroid(40); }, rolled}};
 }
 
-std::vector<Row> rows_of(const std::string& name, const RestCount& count, bool is_point) {
+std::vector<Row> rest_rows(const std::string& name, const RestCount& count, bool is_point) {
   Rows rows(name);
   rows.add("ticks in contact", count.touching);
   rows.add("of them not at rest within the tick", count.restless);
@@ -70,7 +70,7 @@ RestCount judge_rests(const Soup& soup, RestHand kind, double radius, const Rest
   const WayJudge ways(shape.mesh);
   const FacetBins facets(shape.mesh);
   ScriptedHand hand(rest_path(kind, kRestRadius, eval.ticks, seed));
-  SessionConfig config = plain_session(kStiffness);
+  SessionConfig config = plain_session(kProxyStiffness);
   config.renderer = radius > 0 ? Renderer::kVirtualProxy3 : Renderer::kGodObject3;
   config.proxy_radius = radius;
   Lockstep lockstep(config, std::span(&shape, 1), hand, {1, 0});
@@ -79,18 +79,19 @@ RestCount judge_rests(const Soup& soup, RestHand kind, double radius, const Rest
     const ServoFrame& frame = lockstep.frame();
     const ContactSet* const set = lockstep.contacts();
     const Vec3 tool = frame.X_WT.p, proxy = frame.X_WP.p;
-    const double force = kStiffness * norm(proxy - tool);
+    const double force = kProxyStiffness * norm(proxy - tool);
     if (force == 0) continue;
     ++count.touching;
     count.limits += set != nullptr && (set->flags & kContactIterationLimit) != 0;
-    count.restless += kStiffness * free_descent(facets, proxy, tool, radius) > kLeastDescent;
+    count.restless +=
+        kProxyStiffness * free_descent(facets, proxy, tool, radius) > kRestlessDescent;
     if (radius > 0 || k % eval.every != 0 || force < kLeastForce) continue;
     ++count.judged;
     count.inside += ways.holds(frame.X_WG.p);
     const FoundWay way =
-        ways.free_way(proxy, tool, kLeastGain / kStiffness, eval.directions, seed + k);
+        ways.free_way(proxy, tool, kLeastGain / kProxyStiffness, eval.directions, seed + k);
     count.caught += way.found;
-    const double gain = way.found ? kStiffness * way.gain : 0;
+    const double gain = way.found ? kProxyStiffness * way.gain : 0;
     if (gain > count.worst) count.worst = gain, count.of_force = force;
   }
   return count;
@@ -98,7 +99,7 @@ RestCount judge_rests(const Soup& soup, RestHand kind, double radius, const Rest
 
 std::vector<Row> eval_rest(const RestEval& eval) {
   Rows rows = machine_rows("rest");
-  const auto scenes = scenes_of(eval);
+  const auto scenes = rest_scenes_of(eval);
   Progress progress("eval rest", static_cast<double>(scenes.size() * kRestHands.size()));
   for (const RestScene& scene : scenes) {
     for (const RestHand hand : kRestHands) {
@@ -107,7 +108,7 @@ std::vector<Row> eval_rest(const RestEval& eval) {
         const uint64_t seed = eval.seed + m;
         count.add(judge_rests(scene.make(seed), hand, scene.radius, eval, seed));
       }
-      rows.append(rows_of(scene.name + ", " + name_of(hand), count, scene.radius == 0));
+      rows.append(rest_rows(scene.name + ", " + name_of(hand), count, scene.radius == 0));
       progress.step();
     }
   }

@@ -29,7 +29,7 @@ constexpr uint64_t kFreeTicks = 500, kPushTicks = 300;  // duration of both test
 constexpr std::array kFrictions{std::pair{0.0, ""}, std::pair{0.05, ", friction 0.05"},
                                 std::pair{0.3, ", friction 0.3"}};
 constexpr size_t kManyTriangles = 10000;
-constexpr std::array kJudged{Renderer::kGodObject6, Renderer::kConstrained6};
+constexpr std::array kRigidRenderers{Renderer::kGodObject6, Renderer::kConstrained6};
 
 bool is_massless(Renderer renderer) {
   return renderer == Renderer::kGodObject6;
@@ -143,8 +143,8 @@ std::vector<Row> eval_rigid(RigidEval eval) {
     rows.note("bunny on bunny",
               "LEFT OUT: no bunny00.off in '" + eval.meshes + "'; say where: HAPTICD_MESHES");
   }
-  Progress progress("eval rigid", static_cast<double>(kJudged.size() * scenes.size()));
-  for (const Renderer renderer : kJudged) {
+  Progress progress("eval rigid", static_cast<double>(kRigidRenderers.size() * scenes.size()));
+  for (const Renderer renderer : kRigidRenderers) {
     rows.append(judge_plane(renderer, eval.lockstep));
     for (const RigidScene& scene : scenes) {
       const std::string name = std::string(row_of(renderer).name) + ", " + scene.name + ", shaken";

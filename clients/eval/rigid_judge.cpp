@@ -10,17 +10,17 @@
 namespace haptic {
 namespace {
 
-constexpr double kFelt = 1e-6;      // [N]; weaker forces count as none
-constexpr double kJamForce = 0.1;   // [N] beyond the exact force
-constexpr double kJamShare = 0.1;   // of the hand's motion in a tick
-constexpr double kJamMargins = 10;  // feasible motion of a jammed pose, in margins
-constexpr double kBandMargins = 8;  // band of triangle pairs around a resting pose, in margins
-constexpr double kAheadTicks = 2;   // ticks of hand motion for which contacts are known in advance
-constexpr int kPlacesAsked = 8;     // tested along the path when the force is missing
-constexpr double kCone = 1e-6;      // of the force
-constexpr double kNoticed = 0.07;   // of the force: just noticeable (Pang, Tan & Durlach 1991)
-constexpr double kRough = 100;      // above it a force is felt as roughness [Hz]
-constexpr double kRougher = 1.1;    // than the exact force, at most
+constexpr double kFeltForce = 1e-6;    // [N]; weaker forces count as none
+constexpr double kBodyJamForce = 0.1;  // [N] beyond the exact force
+constexpr double kBodyJamShare = 0.1;  // of the hand's motion in a tick
+constexpr double kJamMargins = 10;     // feasible motion of a jammed pose, in margins
+constexpr double kBandMargins = 8;     // band of triangle pairs around a resting pose, in margins
+constexpr double kAheadTicks = 2;  // ticks of hand motion for which contacts are known in advance
+constexpr int kPlacesAsked = 8;    // tested along the path when the force is missing
+constexpr double kCone = 1e-6;     // of the force
+constexpr double kNoticed = 0.07;  // of the force: just noticeable (Pang, Tan & Durlach 1991)
+constexpr double kRough = 100;     // above it a force is felt as roughness [Hz]
+constexpr double kRougher = 1.1;   // than the exact force, at most
 
 /// Wrench of the coupling's springs for a motion from the hand to the proxy, at the tool's origin.
 Wrench spring_of(const RigidPoseJudge::Springs& springs, const Twist& motion) {
@@ -79,7 +79,7 @@ void RigidJudge::judge_limit(const ServoFrame& frame, const Wrench& spring_W) {
   const double length = poses_.length_of(whole);
   const double share = length > 0 ? std::min(poses_.length_of(now - last) / length, 1.0) : 0;
   const double longest = std::max(size_of(spring_W), size_of(last_.F_coupling_W));
-  if (!(longest > kFelt)) return;
+  if (!(longest > kFeltForce)) return;
   const double k_T = options_.springs.translational;
   const double beside = k_T * poses_.length_of(now - last - share * whole);
   found_.beside = std::max(found_.beside, beside / longest);
@@ -98,7 +98,7 @@ void RigidJudge::note_force(const Wrench& felt_W, const Wrench& reference_W) {
 /// Whether the tool would be inside somewhere on its way to the hand, except near its end, where
 /// contact may lag behind. A point past a constraint plane but around a corner is free.
 bool RigidJudge::is_passed(const Pose& X_WG, const Twist& way, const Twist& hand) const {
-  const double late = kJamForce / options_.springs.translational;
+  const double late = kBodyJamForce / options_.springs.translational;
   const double back = std::max(late, poses_.length_of(hand));
   const double end = 1 - back / poses_.length_of(way);
   for (int i = kPlacesAsked; i > 0 && end > 0; --i) {
@@ -116,12 +116,12 @@ void RigidJudge::judge_force(const ServoFrame& frame, const ContactSet& set,
              left.is_known ? spring_of(options_.springs, left.motion - way) : spring_W);
   const double force = size_of(spring_W);
   const double proxy = poses_.length_of(way_between(last_.X_WP, frame.X_WP));
-  const bool is_felt = force > kFelt, is_slow = proxy < kJamShare * poses_.length_of(hand);
+  const bool is_felt = force > kFeltForce, is_slow = proxy < kBodyJamShare * poses_.length_of(hand);
   const double apart = options_.springs.translational * poses_.length_of(way);
-  if (!left.is_known || (is_felt ? !is_slow : apart <= kJamForce)) return;
+  if (!left.is_known || (is_felt ? !is_slow : apart <= kBodyJamForce)) return;
   const double exact = options_.springs.translational * poses_.length_of(way - left.motion);
-  found_.jammed_ticks += is_felt && force - exact > kJamForce;
-  found_.fallen += !is_felt && exact > kJamForce && is_passed(set.X_WG, way, hand);
+  found_.jammed_ticks += is_felt && force - exact > kBodyJamForce;
+  found_.fallen += !is_felt && exact > kBodyJamForce && is_passed(set.X_WG, way, hand);
 }
 
 void RigidJudge::add(const ServoFrame& frame, const ContactSet* set) {
@@ -132,7 +132,7 @@ void RigidJudge::add(const ServoFrame& frame, const ContactSet* set) {
     return;
   }
   found_.largest_force = std::max(found_.largest_force, force);
-  found_.felt += force > kFelt;
+  found_.felt += force > kFeltForce;
   if (set != nullptr && (!has_set_ || set->seq != last_seq_)) {
     judge_pose(*set);
     last_X_WG_ = set->X_WG;
@@ -149,7 +149,7 @@ void RigidJudge::add(const ServoFrame& frame, const ContactSet* set) {
         options_.springs, way_between(set->X_WG, frame.X_WP) - way_between(set->X_WG, frame.X_WT));
     if (has_frame_) judge_limit(frame, spring_W);
     if (!options_.has_friction) {
-      if (size_of(spring_W) > kFelt) judge_cone(*set, spring_W);
+      if (size_of(spring_W) > kFeltForce) judge_cone(*set, spring_W);
       if (has_frame_) judge_force(frame, *set, spring_W);
     } else {
       note_force(frame.F_coupling_W, spring_W);

@@ -8,15 +8,14 @@
 #include "clients/lab/scripted_hand.h"
 #include "contact/bake/bake.h"
 #include "contact/query/point/closest_point.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kTick = 1e-3;    // [s]
 constexpr double kDeeper = 3;     // times the workload's depth: 1.8 to 4.2 mm, 0.9 to 2.1 N
 constexpr double kShare = 0.005;  // goal: rms error relative to the mean force
 constexpr int kLongestLag = 20;   // ticks
-constexpr double kPi = std::numbers::pi;
 
 struct SurfacePoint {
   Vec3 p, normal;

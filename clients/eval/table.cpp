@@ -35,7 +35,7 @@ void print_cell(std::ostream& out, const std::string& text, int width) {
   out << padded;
 }
 
-std::string cell(const Row* row) {
+std::string table_cell(const Row* row) {
   if (row == nullptr) return "";
   char text[32];
   std::snprintf(text, sizeof text, "%.2g%s%s%s", row->value, row->unit.empty() ? "" : " ",
@@ -79,7 +79,7 @@ void print_cases(std::ostream& out, const std::vector<std::vector<Row>>& cases) 
   for (const std::vector<Row>& rows : cases) {
     print_cell(out, "  " + rows[0].case_name, kNameWidth);
     for (const auto& [metric, head] : kColumns)
-      print_cell(out, cell(find(rows, metric)), kColumnWidth);
+      print_cell(out, table_cell(find(rows, metric)), kColumnWidth);
     const char* const held = find(rows, kNoAnswer) != nullptr ? "no answer\n" : "hold\n";
     out << (all_hold(rows) ? held : "MISSED\n");
   }

@@ -4,15 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "contact/query/point/segment_hit.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kArm = 0.4;         // [m]; a hand strokes nothing larger
 constexpr double kClearance = 0.01;  // between the strokes from all sides, from the mesh [m]
 constexpr double kSpeed = 0.8;       // of the hand, at most [m/s]; half of the velocity limit

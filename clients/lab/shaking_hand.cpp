@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/shaking_hand.h"
+#include "proto/math/units.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <random>
 
 namespace haptic {
 namespace {
 
 constexpr double kTopSpeed = 0.5;    // [m/s]
-constexpr double kTick = 1e-3;       // [s]
 constexpr int kSpeedTicks = 60'000;  // ticks over which the top speed is measured
-constexpr double kPi = std::numbers::pi;
 
 }  // namespace
 

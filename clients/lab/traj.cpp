@@ -7,12 +7,12 @@
 #include <cmath>
 #include <cstdio>
 
+#include "proto/math/units.h"
 #include "proto/os/regular_file.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kTick = 1e-3;  // [s]
 // [bytes]; half an hour at 1 kHz with at most 170 characters per line of seven numbers
 constexpr size_t kMostText = size_t{300} << 20;
 

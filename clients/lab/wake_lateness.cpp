@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/wake_lateness.h"
+#include "proto/math/units.h"
 
 #include <pthread.h>
 #include <sched.h>
@@ -15,7 +16,6 @@ constexpr int kServoPriority = 80;          // SCHED_FIFO, as haptic-servo
 constexpr size_t kMaxLateWakes = 65'536;    // capacity of late_wakes
 constexpr int64_t kLeadTimeNs = 5'000'000;  // from ready to the first tick
 constexpr int64_t kLookNs = 100'000;        // polling period until both are ready
-constexpr int64_t kMs = 1'000'000;
 
 /// Starts both loops when both are ready: until it is real-time, a thread may wait long for a core.
 struct CommonStart {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "clients/report/formatted.h"
 #include "clients/report/plot_svg.h"
 #include "clients/report/report.h"
 #include "proto/os/message.h"
@@ -17,18 +18,12 @@ constexpr size_t kNameWidth = 24;  // of an object in the table [characters]
 constexpr double kNearPanel = 4;   // the second panel ends at this many of the least distances
 constexpr double kLeastNearPanel = 1e-3;  // [m]; a hundred margins of a contact are no clearance
 
-std::string format(const char* pattern, auto... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
-
 std::string name_of(const SessionConfig& config, uint32_t object) {
   return shown(view(config.objects[object].name));
 }
 
 /// Filled up to so many characters of UTF-8, and one space at least.
-std::string padded(const std::string& text, size_t width) {
+std::string column_of(const std::string& text, size_t width) {
   const auto n = static_cast<size_t>(std::ranges::count_if(
       text, [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
   return text + std::string(n < width ? width - n : 1, ' ');
@@ -39,16 +34,16 @@ std::string distance_text(double distance) {
 }
 
 std::string place(const Vec3& p) {
-  return format("(%.1f, %.1f, %.1f)", 1e3 * p.x, 1e3 * p.y, 1e3 * p.z);
+  return formatted("(%.1f, %.1f, %.1f)", 1e3 * p.x, 1e3 * p.y, 1e3 * p.z);
 }
 
 std::string json(const Vec3& p) {
-  return format("[%.17g, %.17g, %.17g]", p.x, p.y, p.z);
+  return formatted("[%.17g, %.17g, %.17g]", p.x, p.y, p.z);
 }
 
 std::string json(const Pose& X) {
   return "{\"position\": " + json(X.p) +
-         format(", \"orientation\": [%.17g, %.17g, %.17g, %.17g]}", X.q.w, X.q.x, X.q.y, X.q.z);
+         formatted(", \"orientation\": [%.17g, %.17g, %.17g, %.17g]}", X.q.w, X.q.x, X.q.y, X.q.z);
 }
 
 /// The least distance in each tenth of the time, and to which object.
@@ -69,8 +64,8 @@ void print_spans(std::ostream& out, const SessionConfig& config, const Clearance
       ++next;
     }
     if (least == std::numeric_limits<double>::infinity()) continue;
-    out << padded(format("  %.2f s to %.2f s", end - length, end), kNameWidth + 2)
-        << padded(distance_text(least), 12) << name_of(config, object) << '\n';
+    out << column_of(formatted("  %.2f s to %.2f s", end - length, end), kNameWidth + 2)
+        << column_of(distance_text(least), 12) << name_of(config, object) << '\n';
   }
 }
 
@@ -86,11 +81,11 @@ void print_clearance(std::ostream& out, const std::string& log, const SessionCon
   } else {
     out << "of its proxy, which may enter objects\n";
   }
-  out << padded("  object", kNameWidth + 2) << padded("least", 12) << padded("at", 12)
+  out << column_of("  object", kNameWidth + 2) << column_of("least", 12) << column_of("at", 12)
       << "there, in W [mm]\n";
   for (const Tightest& one : clearance.tightest) {
-    out << padded("  " + name_of(config, one.object), kNameWidth + 2)
-        << padded(distance_text(one.distance), 12) << padded(format("%.3f s", one.t), 12)
+    out << column_of("  " + name_of(config, one.object), kNameWidth + 2)
+        << column_of(distance_text(one.distance), 12) << column_of(formatted("%.3f s", one.t), 12)
         << place(one.object_point_W) << '\n';
   }
   out << "  over the path, the least and to which object\n";
@@ -104,9 +99,9 @@ void print_clearance_json(std::ostream& out, const std::string& log, const Sessi
   const char* separator = "";
   for (const Tightest& one : clearance.tightest) {
     out << separator << "{\"name\": " << json_string(view(config.objects[one.object].name))
-        << ", \"index\": " << one.object << format(", \"distance_m\": %.17g", one.distance)
+        << ", \"index\": " << one.object << formatted(", \"distance_m\": %.17g", one.distance)
         << ", \"meets\": " << (one.distance > 0 ? "false" : "true") << ", \"tick\": " << one.tick
-        << format(", \"t_s\": %.9f", one.t) << ", \"tool_point_W\": " << json(one.tool_point_W)
+        << formatted(", \"t_s\": %.9f", one.t) << ", \"tool_point_W\": " << json(one.tool_point_W)
         << ", \"object_point_W\": " << json(one.object_point_W) << ", \"X_WT\": " << json(one.X_WT)
         << ", \"X_WO\": " << json(one.X_WO) << '}';
     separator = ", ";
@@ -114,10 +109,10 @@ void print_clearance_json(std::ostream& out, const std::string& log, const Sessi
   out << "], \"nearest\": " << clearance.nearest() << ", \"samples\": [";
   separator = "\n";
   for (const ClearanceSample& sample : clearance.samples) {
-    out << separator << "{\"tick\": " << sample.tick << format(", \"t_s\": %.9f", sample.t)
+    out << separator << "{\"tick\": " << sample.tick << formatted(", \"t_s\": %.9f", sample.t)
         << ", \"distance_m\": [";
     for (size_t k = 0; k < sample.distances.size(); ++k) {
-      out << (k > 0 ? ", " : "") << format("%.17g", sample.distances[k]);
+      out << (k > 0 ? ", " : "") << formatted("%.17g", sample.distances[k]);
     }
     out << "]}";
     separator = ",\n";

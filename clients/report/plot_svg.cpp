@@ -12,6 +12,8 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "clients/report/formatted.h"
+
 namespace haptic {
 namespace {
 
@@ -24,12 +26,6 @@ constexpr int kTicksX = 10, kTicksY = 4;  // ticks per axis, approximately
 // distinguishable with colour blindness (Okabe & Ito 2008), darkened for a white background
 constexpr std::array<const char*, 6> kColours{"#0067a5", "#d1550a", "#00876c",
                                               "#b4458b", "#8a6d00", "#4d4d4d"};
-
-std::string format(const char* pattern, auto... values) {
-  char text[512];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
 
 std::string escaped(const std::string& text) {
   constexpr std::string_view kMarks = "&<>\"";
@@ -71,7 +67,7 @@ std::string tick_text(double value, double step) {
   const bool plain = magnitude < 1e6 && decimals <= 4;
   // a multiple of the step that is zero up to rounding
   const double size = std::fabs(value) < step / 2 ? 0 : std::fabs(value);
-  const std::string text = plain ? format("%.*f", decimals, size) : format("%.4g", size);
+  const std::string text = plain ? formatted("%.*f", decimals, size) : formatted("%.4g", size);
   return (value < 0 && size > 0 ? "−" : "") + text;
 }
 
@@ -116,8 +112,8 @@ class Column {
     std::array<size_t, 4> points{first_, std::min(low_, high_), std::max(low_, high_), last_};
     for (size_t k = 0; k < points.size(); ++k) {
       if (k > 0 && points[k] == points[k - 1]) continue;
-      path += format("%c%.1f %.1f", pen_down ? 'L' : 'M', frame.px(series.x[points[k]]),
-                     frame.py(series.y[points[k]]));
+      path += formatted("%c%.1f %.1f", pen_down ? 'L' : 'M', frame.px(series.x[points[k]]),
+                        frame.py(series.y[points[k]]));
       pen_down = true;
     }
     empty_ = true;
@@ -146,12 +142,12 @@ std::string line_path(const Frame& frame, const Series& series) {
 }
 
 std::string text_at(double x, double y, const char* style, const std::string& text) {
-  return format("<text x=\"%.1f\" y=\"%.1f\" class=\"%s\">", x, y, style) + escaped(text) +
+  return formatted("<text x=\"%.1f\" y=\"%.1f\" class=\"%s\">", x, y, style) + escaped(text) +
          "</text>\n";
 }
 
 std::string grid_line(double x1, double y1, double x2, double y2, const char* style) {
-  return format("<path class=\"%s\" d=\"M%.1f %.1fL%.1f %.1f\"/>\n", style, x1, y1, x2, y2);
+  return formatted("<path class=\"%s\" d=\"M%.1f %.1fL%.1f %.1f\"/>\n", style, x1, y1, x2, y2);
 }
 
 struct TickX {
@@ -178,7 +174,7 @@ std::vector<TickX> decade_ticks(const Range& range) {
       const double at = power + std::log10(factor);
       if (at < range.low - 1e-9 || at > range.high + 1e-9) continue;
       const double value = factor * std::pow(10, power);
-      out.push_back({at, format("%.6g", value)});
+      out.push_back({at, formatted("%.6g", value)});
     }
   }
   return out;
@@ -199,17 +195,17 @@ std::string axes(const Frame& frame, const std::vector<TickX>& ticks, bool with_
     out += grid_line(kLeft, y, right, y, k == 0 ? "zero" : "grid");
     out += text_at(kLeft - 8, y + 4, "tick end", tick_text(value, step_y));
   }
-  return out + format("<path class=\"axis\" d=\"M%.1f %.1fV%.1fH%.1f\"/>\n", kLeft, frame.top,
-                      bottom, right);
+  return out + formatted("<path class=\"axis\" d=\"M%.1f %.1fV%.1fH%.1f\"/>\n", kLeft, frame.top,
+                         bottom, right);
 }
 
 std::string legend(const Panel& panel, double baseline) {
   std::string out =
-      format("<text x=\"%.1f\" y=\"%.1f\" class=\"tick end\">", kWidth - kRight, baseline);
+      formatted("<text x=\"%.1f\" y=\"%.1f\" class=\"tick end\">", kWidth - kRight, baseline);
   for (size_t i = 0; i < panel.series.size(); ++i) {
     // no-break spaces keep the distance; dx would shift the right end
-    out += format("<tspan fill=\"%s\">\u00a0\u00a0\u00a0━\u00a0</tspan><tspan>",
-                  kColours[i % kColours.size()]) +
+    out += formatted("<tspan fill=\"%s\">\u00a0\u00a0\u00a0━\u00a0</tspan><tspan>",
+                     kColours[i % kColours.size()]) +
            escaped(panel.series[i].name) + "</tspan>";
   }
   return out + "</text>\n";
@@ -220,7 +216,7 @@ std::string ring_at(const Frame& frame, const PlotMark& mark) {
   const double x = frame.px(mark.x), y = frame.py(mark.y);
   // the word on the side that has room
   const bool is_right = x > kLeft + kPlotWidth / 2;
-  return format("<circle class=\"ring\" cx=\"%.1f\" cy=\"%.1f\" r=\"5\"/>\n", x, y) +
+  return formatted("<circle class=\"ring\" cx=\"%.1f\" cy=\"%.1f\" r=\"5\"/>\n", x, y) +
          text_at(x + (is_right ? -9 : 9), y - 7, is_right ? "tick end" : "tick", mark.text);
 }
 
@@ -231,7 +227,7 @@ std::string panel_body(const Panel& panel, const Frame& frame, const std::vector
   if (panel.series.size() > 1) out += legend(panel, frame.top - 10);
   out += axes(frame, ticks, last);
   for (size_t i = 0; i < panel.series.size(); ++i) {
-    out += format("<path class=\"line\" stroke=\"%s\" d=\"", kColours[i % kColours.size()]) +
+    out += formatted("<path class=\"line\" stroke=\"%s\" d=\"", kColours[i % kColours.size()]) +
            line_path(frame, panel.series[i]) + "\"/>\n";
   }
   for (const PlotMark& mark : panel.marks) out += ring_at(frame, mark);
@@ -297,7 +293,7 @@ std::string svg_document(const std::string& title, const std::vector<Panel>& giv
   const double height =
       kTitleHeight + count * (kPanelHead + kPanelHeight + kPanelGap) - kPanelGap + kFootHeight;
   std::string out =
-      format(
+      formatted(
           "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" "
           "height=\"%.0f\">\n",
           kWidth, height, kWidth, height) +

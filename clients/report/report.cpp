@@ -11,20 +11,15 @@
 #include <limits>
 #include <thread>
 
+#include "clients/report/formatted.h"
 #include "proto/os/message.h"
 #include "proto/os/version.h"
 
 namespace haptic {
 namespace {
 
-std::string format(const char* pattern, double value) {
-  char text[64];
-  std::snprintf(text, sizeof text, pattern, value);
-  return text;
-}
-
 std::string json_number(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? format("%.9g", *value) : "null";
+  return value && std::isfinite(*value) ? formatted("%.9g", *value) : "null";
 }
 
 bool is_count(double value) {
@@ -36,7 +31,8 @@ std::string verdict(const Row& row) {
   if (!row.peer.empty() && !row.peer_value) return row.peer + ": none";
   if (row.peer_value) {
     const double ratio = row.ratio().value_or(std::numeric_limits<double>::quiet_NaN());
-    return format("%.2f", ratio) + " × " + readable(*row.peer_value, row.unit) + " of " + row.peer;
+    return formatted("%.2f", ratio) + " × " + readable(*row.peer_value, row.unit) + " of " +
+           row.peer;
   }
   if (!row.holds) return "";
   std::string text = *row.holds ? "ok" : "MISSED";
@@ -52,10 +48,10 @@ std::string padded(const std::string& text, size_t width) {
 }  // namespace
 
 std::string readable(double value, const std::string& unit) {
-  if (unit.empty()) return is_count(value) ? format("%.0f", value) : format("%.4g", value);
+  if (unit.empty()) return is_count(value) ? formatted("%.0f", value) : formatted("%.4g", value);
   if (unit != "s" && unit != "m" && unit != "J") {
-    return (is_count(value) && std::fabs(value) >= 100 ? format("%.0f", value)
-                                                       : format("%.4g", value)) +
+    return (is_count(value) && std::fabs(value) >= 100 ? formatted("%.0f", value)
+                                                       : formatted("%.4g", value)) +
            " " + unit;
   }
   struct Prefix {
@@ -63,9 +59,10 @@ std::string readable(double value, const std::string& unit) {
     const char* name;
   };
   for (const Prefix& p : {Prefix{1, ""}, Prefix{1e-3, "m"}, Prefix{1e-6, "µ"}, Prefix{1e-9, "n"}}) {
-    if (std::fabs(value) >= p.scale) return format("%.3g", value / p.scale) + " " + p.name + unit;
+    if (std::fabs(value) >= p.scale)
+      return formatted("%.3g", value / p.scale) + " " + p.name + unit;
   }
-  return value == 0 ? "0 " + unit : format("%.2e", value) + " " + unit;
+  return value == 0 ? "0 " + unit : formatted("%.2e", value) + " " + unit;
 }
 
 void print_table(std::ostream& out, const std::vector<Row>& rows) {
@@ -158,7 +155,7 @@ std::string machine_line() {
   getloadavg(&load, 1);
   return std::string("hapticd ") + version() + " on " + cpu + ", " +
          std::to_string(std::thread::hardware_concurrency()) + " cores, kernel " + system.release +
-         ", load " + format("%.2f", load);
+         ", load " + formatted("%.2f", load);
 }
 
 Rows machine_rows(const std::string& case_name) {

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/stability/bode.h"
+#include "proto/math/units.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace haptic {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 constexpr Complex kJ{0, 1};
 
 constexpr int kPeriod = 1000;     // ticks of the lowest frequency

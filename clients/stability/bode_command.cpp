@@ -76,7 +76,7 @@ Rows rows_of(const Bode& bode, bool turning) {
   return rows;
 }
 
-void draw(const AxisOptions& options, const Bode& bode) {
+void draw_bode(const AxisOptions& options, const Bode& bode) {
   const std::vector<double> phases = unwrapped(bode);
   Series gain{"rendered", {}, {}}, gain_meant{"intended", {}, {}}, phase = gain,
                                                                    phase_meant = gain_meant;
@@ -106,7 +106,7 @@ void run_bode(const BodeOptions& options) {
   check_outputs({options.axis.output}, {options.axis.config}, options.axis.overwrite);
   const ProbeScene scene(options.axis.turning);
   const Bode bode = measure_bode(scene, setting, options.periods);
-  if (!options.axis.output.empty()) draw(options.axis, bode);
+  if (!options.axis.output.empty()) draw_bode(options.axis, bode);
   print_judged(rows_of(bode, options.axis.turning).rows(), options.axis.json);
 }
 

@@ -16,7 +16,7 @@
 namespace haptic {
 namespace {
 
-void draw(const AxisOptions& options, const std::vector<MarginPoint>& curve) {
+void draw_passivity(const AxisOptions& options, const std::vector<MarginPoint>& curve) {
   // what decides is near zero; at low frequencies the margin has no bound
   constexpr double kShown = 2;
   Series margin{"margin", {}, {}}, zero{"least that is allowed", {}, {}};
@@ -49,7 +49,7 @@ void run_passivity(const AxisOptions& options) {
   rows.add("stiffness, below 2 (b - b_c)/T", axis.stiffness, units.stiffness, most,
            axis.stiffness < most || axis.stiffness == 0);
   rows.add("largest stiffness with a margin", largest_with_margin(axis), units.stiffness);
-  if (!options.output.empty()) draw(options, curve);
+  if (!options.output.empty()) draw_passivity(options, curve);
   print_judged(rows.rows(), options.json);
 }
 

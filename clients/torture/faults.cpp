@@ -11,6 +11,7 @@
 #include "device-io/emulator/fault_order.h"
 #include "device-io/woodenhaptics/protocol.h"
 #include "proto/ipc/process.h"
+#include "proto/math/units.h"
 #include "proto/os/programs.h"
 #include "proto/os/queued_order.h"
 #include "proto/os/realtime.h"
@@ -18,7 +19,6 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kPatienceNs = 20 * kNsPerSecond;  // only a broken session takes this long
 constexpr int64_t kBeforeNs = 60 * kMs;             // pressing between two faults
 constexpr int64_t kContextNs = 15 * kMs;            // context before the first checked command

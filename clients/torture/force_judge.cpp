@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/torture/force_judge.h"
+#include "proto/math/units.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +10,6 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr size_t kAnswers = 6;            // answers that the server may have used: one is under way
 constexpr int64_t kUnderWayNs = 5 * kMs;  // a line, an answer and the grid of the tick
 constexpr int64_t kStillNs = 15 * kMs;    // shorter stalls cannot age contacts

@@ -15,6 +15,7 @@
 #include "device-io/sixmotors/kinematics.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
+#include "proto/math/units.h"
 #include "proto/os/environment.h"
 #include "proto/os/programs.h"
 #include "proto/os/realtime.h"
@@ -25,11 +26,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kLookNs = kMs;  // polling interval, fine enough for the reported times
 constexpr int64_t kStartNs = 60 * kNsPerSecond;  // only a broken build takes this long to start
 constexpr int64_t kJudgeNs = 10 * kMs;           // between two looks at the commands
-constexpr int64_t kContextNs = 20 * kMs;         // context before the first counted command
+constexpr int64_t kCommandContextNs = 20 * kMs;  // context before the first counted command
 constexpr int64_t kStallsNs = 4 * kNsPerSecond;  // before a kill: the duration that a ring holds
 
 /// A hand that always presses: 4.5 to 7 mm deep without resistance, which is 2.3 to 3.5 N.
@@ -359,7 +359,7 @@ std::optional<int64_t> TortureSession::wait_whole(int64_t from_ns, int64_t patie
         look_ns = now_ns() + kJudgeNs;
         whole_ns = from_ns;
         for (const ForceRules& part : rules()) {
-          const auto whole = whole_again(part, records_since(from_ns - kContextNs), from_ns);
+          const auto whole = whole_again(part, records_since(from_ns - kCommandContextNs), from_ns);
           whole_ns = whole && whole_ns ? std::max(whole_ns, whole) : std::nullopt;
         }
         return whole_ns.has_value();

@@ -21,10 +21,6 @@ constexpr int kMostWrongTokens = 5;                 // of one connection
 constexpr const char* kPageProtocol = "hapticd.view.v1";
 constexpr const char* kJson = "application/json";
 
-WebAnswer plain(unsigned status, const std::string& text) {
-  return {status, "text/plain; charset=utf-8", shared_text(text + "\n")};
-}
-
 bool offers(const WebRequest& request, const std::string& protocol) {
   return std::find(request.protocols.begin(), request.protocols.end(), protocol) !=
          request.protocols.end();
@@ -54,7 +50,7 @@ WebAnswer mesh_answer(const std::string& name, const SharedText& tool,
   for (size_t i = 0; i < objects.size(); ++i) {
     if (name == std::to_string(i)) eye = objects[i];
   }
-  if (eye == nullptr) return plain(404, "there is no such mesh");
+  if (eye == nullptr) return text_answer(404, "there is no such mesh");
   return {200, "application/octet-stream", eye};
 }
 
@@ -96,20 +92,21 @@ WebHandlers Bridge::handlers() {
 
 WebAnswer Bridge::answer(const WebRequest& request) {
   if (!is_host_allowed(options_.rules, request.host)) {
-    return plain(403, "this bridge is not '" + shown(request.host) +
-                          "'; open the address that it printed, or start it with --allow-host");
+    return text_answer(403,
+                       "this bridge is not '" + shown(request.host) +
+                           "'; open the address that it printed, or start it with --allow-host");
   }
   const Target target = parse_target(request.target);
-  if (!target.problem.empty()) return plain(400, target.problem);
+  if (!target.problem.empty()) return text_answer(400, target.problem);
   if (request.method != "GET" && request.method != "HEAD") {
-    return plain(405, "only GET and HEAD are understood here");
+    return text_answer(405, "only GET and HEAD are understood here");
   }
   if (target.path == "/layout.json") return {200, kJson, shared_text(layout_json())};
   if (target.path == "/scene.json") return {200, kJson, shared_text(scene(false))};
   if (target.path == "/metrics") {
     counts_.viewers = viewers_.size();
     counts_.connections = server_.peers();
-    return {200, "text/plain; version=0.0.4; charset=utf-8",
+    return {200, "text/text_answer; version=0.0.4; charset=utf-8",
             shared_text(metrics_text(source_.view(), counts_, is_connected_))};
   }
   if (target.path == "/overview.json" || target.path == "/export.csv") {
@@ -127,7 +124,7 @@ WebAnswer Bridge::answer(const WebRequest& request) {
 
 WebAnswer Bridge::file(const std::string& path) {
   const std::string name = path == "/" ? "/index.html" : path;
-  if (!is_page_path(name)) return plain(404, "there is nothing of that name");
+  if (!is_page_path(name)) return text_answer(404, "there is nothing of that name");
   const auto sent = files_.find(name);
   if (sent != files_.end()) {
     if (SharedText same = sent->second.lock()) return {200, media_type(name), same};
@@ -140,15 +137,16 @@ WebAnswer Bridge::file(const std::string& path) {
     files_[name] = shared;
     return {200, media_type(name), shared};
   }
-  if (path != "/") return plain(404, "there is nothing of that name");
-  return plain(404,
-               "the page is not built: `cmake --build build/dev --target view_page` does it (it "
-               "needs nodejs and npm); frames, metrics and Foxglove work without it");
+  if (path != "/") return text_answer(404, "there is nothing of that name");
+  return text_answer(
+      404,
+      "the page is not built: `cmake --build build/dev --target view_page` does it (it "
+      "needs nodejs and npm); frames, metrics and Foxglove work without it");
 }
 
 UpgradeAnswer Bridge::upgrade(const WebRequest& request) const {
   const auto refused = [](unsigned status, const std::string& why) {
-    return UpgradeAnswer{"", plain(status, why)};
+    return UpgradeAnswer{"", text_answer(status, why)};
   };
   if (!is_host_allowed(options_.rules, request.host)) {
     return refused(403, "this bridge is not '" + shown(request.host) + "'");

@@ -8,10 +8,6 @@ namespace {
 
 constexpr int64_t kStudyPeriod = kNsPerSecond / 2;  // [ns], between two looks at a log that grows
 
-WebAnswer plain(unsigned status, const std::string& text) {
-  return {status, "text/plain; charset=utf-8", shared_text(text + "\n")};
-}
-
 }  // namespace
 
 std::string Bridge::hello(double missed) const {
@@ -76,8 +72,8 @@ void Bridge::take_piece(const std::shared_ptr<LogStudy>& study, const LogStudy::
 }
 
 WebAnswer Bridge::study(std::string_view path, std::string query) {
-  if (source_.log == nullptr) return plain(404, "only a recording has this");
-  if (study_ == nullptr) return plain(503, "the recording is being opened; try again");
+  if (source_.log == nullptr) return text_answer(404, "only a recording has this");
+  if (study_ == nullptr) return text_answer(503, "the recording is being opened; try again");
   const bool is_table = path == "/export.csv";
   WebAnswer answer;
   answer.later = [this, is_table, query = std::move(query),
@@ -86,10 +82,10 @@ WebAnswer Bridge::study(std::string_view path, std::string query) {
       try {
         send(is_table ? study->table(query) : study->overview(query));
       } catch (const std::exception& error) {
-        send(plain(500, one_line(error.what())));
+        send(text_answer(500, one_line(error.what())));
       }
     });
-    if (!is_taken) send(plain(503, "too many questions wait already; try again"));
+    if (!is_taken) send(text_answer(503, "too many questions wait already; try again"));
   };
   return answer;
 }

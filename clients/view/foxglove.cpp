@@ -54,7 +54,7 @@ constexpr std::array<Channel, 4> kChannels{{
      }},
 }};
 
-std::string text_of(const Json& json) {
+std::string line_of(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -107,7 +107,7 @@ void unsubscribe(FoxgloveClient& client, const Json& message) {
 }  // namespace
 
 std::string foxglove_server_info(const std::string& session) {
-  return text_of({{"op", "serverInfo"},
+  return line_of({{"op", "serverInfo"},
                   {"name", "hapticd " + session},
                   {"capabilities", Json::array()},
                   {"supportedEncodings", Json::array()},
@@ -126,7 +126,7 @@ std::string foxglove_advertise() {
                         {"schema", full_definition(topic.text)},
                         {"schemaEncoding", "ros2msg"}});
   }
-  return text_of({{"op", "advertise"}, {"channels", channels}});
+  return line_of({{"op", "advertise"}, {"channels", channels}});
 }
 
 std::string hear_foxglove(FoxgloveClient& client, std::string_view text) {
@@ -143,7 +143,7 @@ std::string hear_foxglove(FoxgloveClient& client, std::string_view text) {
 }
 
 std::string foxglove_warning(const std::string& text) {
-  return text_of({{"op", "status"}, {"level", kWarning}, {"message", text}});
+  return line_of({{"op", "status"}, {"level", kWarning}, {"message", text}});
 }
 
 std::vector<std::string> foxglove_messages(FoxgloveClient& client, const View& view) {

@@ -25,10 +25,6 @@ constexpr std::array<const char*, kNumPlotted> kNames{
     "force_x",  "force_y", "force_z", "force",     "torque_x",    "torque_y",
     "torque_z", "torque",  "depth",   "wake_late", "contact_rate"};
 
-WebAnswer plain(unsigned status, const std::string& text) {
-  return {status, "text/plain; charset=utf-8", shared_text(text + "\n")};
-}
-
 LogStep merged(LogStep into, const std::array<double, kNumPlotted>& values) {
   for (size_t i = 0; i < kNumPlotted; ++i) {
     into.low[i] = into.frames == 0 ? values[i] : std::min(into.low[i], values[i]);
@@ -78,7 +74,8 @@ WebAnswer LogStudy::overview(std::string_view query) {
   // also false for NaN
   if (!from || !to || !columns || !(*to > *from && *to - *from < 1e9) ||
       !(std::fabs(*from) < 1e9) || !(*columns >= 1 && *columns <= kMostSteps)) {
-    return plain(400, "ask as /overview.json?from=SECONDS&to=SECONDS&columns=N, N at most 4000");
+    return text_answer(400,
+                       "ask as /overview.json?from=SECONDS&to=SECONDS&columns=N, N at most 4000");
   }
   const auto n = static_cast<size_t>(*columns);
   Json times = Json::array();
@@ -133,14 +130,15 @@ WebAnswer LogStudy::table(std::string_view query) {
   constexpr double kMost = 9007199254740992;  // 2⁵³
   if (!from || !to || !(*from >= 0 && *from <= *to && *to <= kMost) ||
       !(column >= 0 && column < static_cast<double>(index_.columns().size()))) {
-    return plain(400, "ask as /export.csv?from=TICK&to=TICK, of a comparison with &column=NUMBER");
+    return text_answer(400,
+                       "ask as /export.csv?from=TICK&to=TICK, of a comparison with &column=NUMBER");
   }
   index_.refresh();
   const auto first = std::max(static_cast<uint64_t>(*from), index_.first_tick());
   const auto last = std::min(static_cast<uint64_t>(*to), index_.last_tick());
   if (last >= first && last - first >= kMostRows) {
-    return plain(413, "at most " + std::to_string(kMostRows) +
-                          " ticks at a time; select fewer, or use `hapt export`");
+    return text_answer(413, "at most " + std::to_string(kMostRows) +
+                                " ticks at a time; select fewer, or use `hapt export`");
   }
   const CsvRecords records = [&](const std::function<void(const std::byte*)>& use) {
     if (last < first) return;

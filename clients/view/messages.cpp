@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string text_of(const Json& json) {
+std::string rounded_text(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -31,15 +31,15 @@ std::string hello_message(const std::string& source, const std::string& session,
   hello["columns"] = columns.empty() ? std::vector<std::string>{session} : columns;
   hello["control"] = false;
   if (missed >= 0) hello["missed"] = missed;
-  return text_of(hello);
+  return rounded_text(hello);
 }
 
 std::string gone_message(const std::string& text) {
-  return text_of({{"type", "gone"}, {"text", one_line(text)}});
+  return rounded_text({{"type", "gone"}, {"text", one_line(text)}});
 }
 
 std::string control_message(bool allowed, const std::string& reason) {
-  return text_of({{"type", "control"}, {"allowed", allowed}, {"reason", reason}});
+  return rounded_text({{"type", "control"}, {"allowed", allowed}, {"reason", reason}});
 }
 
 std::string answer_message(const std::string& id, bool ok, const std::string& text) {
@@ -47,7 +47,7 @@ std::string answer_message(const std::string& id, bool ok, const std::string& te
   answer["id"] = Json::parse(id, nullptr, false);
   answer["ok"] = ok;
   answer["text"] = one_line(text);
-  return text_of(answer);
+  return rounded_text(answer);
 }
 
 SessionWords parse_status(std::string_view json) {
@@ -83,7 +83,7 @@ std::string status_message(const View& view, const SessionWords& words, size_t v
   for (const std::string& reason : words.closed_by) {
     status["faults"].push_back(fault_json(reason));
   }
-  return text_of(status);
+  return rounded_text(status);
 }
 
 }  // namespace haptic

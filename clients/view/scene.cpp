@@ -138,7 +138,7 @@ void add_log(Json& scene, const LogFacts& log) {
   scene["marks"] = marks_json(log.marks);
 }
 
-Json numbers_of(const Vec3& p) {
+Json scene_numbers(const Vec3& p) {
   return {p.x, p.y, p.z};
 }
 
@@ -148,8 +148,8 @@ void add_tightest(Json& scene, const TightestPlace& place) {
                         {"distance", place.distance},
                         {"tick", place.tick},
                         {"tool", {p.x, p.y, p.z, q.w, q.x, q.y, q.z}},
-                        {"tool_point", numbers_of(place.tool_point_W)},
-                        {"object_point", numbers_of(place.object_point_W)},
+                        {"tool_point", scene_numbers(place.tool_point_W)},
+                        {"object_point", scene_numbers(place.object_point_W)},
                         {"text", words_of(place)}};
 }
 

@@ -24,7 +24,7 @@ namespace {
 constexpr int64_t kRetryPeriod = 200'000'000;          // [ns], between two attempts to connect
 constexpr int64_t kConfigPatience = 2 * kNsPerSecond;  // [ns], for the text of the session file
 constexpr int64_t kAttachPatience = 5 * kNsPerSecond;  // [ns], for the first ring
-constexpr int64_t kLookPeriod = 2'000'000;             // [ns], while waiting for it
+constexpr int64_t kWaitPeriod = 2'000'000;             // [ns], while waiting for it
 constexpr int64_t kDeadAfter = 250'000'000;            // [ns]; age of a heartbeat, as in hapt top
 
 /// A connection to one hapticd, made anew for the next one: so memory of a session that has ended
@@ -46,7 +46,7 @@ struct Connection {
 };
 
 /// The bytes of an eye file, for a browser.
-SharedText text_of(const EyeMesh* mesh) {
+SharedText mesh_text(const EyeMesh* mesh) {
   if (mesh == nullptr) return nullptr;
   const std::vector<std::byte> bytes = write_eye(*mesh);
   return std::make_shared<const std::string>(reinterpret_cast<const char*>(bytes.data()),
@@ -56,7 +56,7 @@ SharedText text_of(const EyeMesh* mesh) {
 /// The same of all objects up to the last that has one.
 std::vector<SharedText> texts_of(std::span<const std::shared_ptr<const EyeMesh>> meshes) {
   std::vector<SharedText> texts;
-  for (const auto& mesh : meshes) texts.push_back(text_of(mesh.get()));
+  for (const auto& mesh : meshes) texts.push_back(mesh_text(mesh.get()));
   while (!texts.empty() && texts.back() == nullptr) texts.pop_back();
   return texts;
 }
@@ -66,9 +66,9 @@ bool take_eyes(const Client& client, uint64_t& changes, SceneInfo& info) {
   const Eyes eyes = client.eyes();
   if (eyes.changes == changes) return false;
   changes = eyes.changes;
-  info.eyes.tool = text_of(eyes.tool.get());
+  info.eyes.tool = mesh_text(eyes.tool.get());
   info.eyes.objects = texts_of(eyes.objects);
-  info.eyes.tool_pieces = text_of(eyes.tool_pieces.get());
+  info.eyes.tool_pieces = mesh_text(eyes.tool_pieces.get());
   info.eyes.object_pieces = texts_of(eyes.object_pieces);
   return true;
 }
@@ -105,7 +105,7 @@ std::unique_ptr<Connection> connect(const std::string& session) {
   for (const int64_t begin = now_ns(); first.header() == nullptr; first.latest(ignored)) {
     if (!connection->client.is_connected()) throw HandoutError(connection->client.refusal());
     if (now_ns() - begin > kAttachPatience) throw HandoutError("hapticd hands out no rings");
-    sleep_until(now_ns() + kLookPeriod);
+    sleep_until(now_ns() + kWaitPeriod);
   }
   connection->info.session = session;
   connection->info.started = start_of(*first.header());

@@ -18,7 +18,7 @@ static_assert(std::endian::native == std::endian::little);
 using Colour = std::array<uint8_t, 3>;
 
 /// Colours that follow one another differ much: their hues go round by the golden section.
-Colour colour_of(size_t index) {
+Colour piece_colour(size_t index) {
   constexpr double kGolden = 0.6180339887498949, kLeast = 90, kSpread = 150;  // of 255
   const double hue = 6 * std::fmod(kGolden * static_cast<double>(index), 1.0);
   const auto share = [hue](double middle) {
@@ -124,8 +124,8 @@ std::string pieces_as_ply(const PieceTree& tree, uint32_t level) {
   uint32_t first_vertex = 0;
   for (uint32_t k = 0; k < pieces.size(); ++k) {
     const Hull hull = tree.hull(tree.pieces[pieces[k]]);
-    append_vertices(vertices, hull, colour_of(k));
-    append_faces(faces, hull, first_vertex, k, colour_of(k));
+    append_vertices(vertices, hull, piece_colour(k));
+    append_faces(faces, hull, first_vertex, k, piece_colour(k));
     first_vertex += static_cast<uint32_t>(hull.vertices.size());
   }
   return header_of(n_vertices, n_faces) + vertices + faces;

@@ -26,7 +26,7 @@ std::string length_text(double metres) {
   return metres < 0.1 ? rounded(1e3 * metres) + " mm" : rounded(metres) + " m";
 }
 
-std::string millimetres(double metres) {
+std::string quoted_millimetres(double metres) {
   return "\"" + std::to_string(std::lround(1e3 * metres)) + " mm\"";
 }
 
@@ -89,8 +89,8 @@ std::string advice(const Reach& reach, const ObjectConfig& object, const BakedSh
   std::string mend;
   if (0.5 * baked.report.size < reach.radius) {
     const Vec3 p = position_in(reach, object, baked.shape.mesh);
-    mend = "move it to position = [" + millimetres(p.x) + ", " + millimetres(p.y) + ", " +
-           millimetres(p.z) + "]";
+    mend = "move it to position = [" + quoted_millimetres(p.x) + ", " + quoted_millimetres(p.y) +
+           ", " + quoted_millimetres(p.z) + "]";
   } else {
     mend = "it is " + length_text(baked.report.size) + " long: make it smaller";
   }

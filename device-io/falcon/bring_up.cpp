@@ -10,12 +10,11 @@
 
 #include "device-io/falcon/packet.h"
 #include "proto/ipc/process.h"
+#include "proto/math/units.h"
 #include "proto/os/message.h"
 
 namespace haptic {
 namespace {
-
-constexpr int64_t kMs = 1'000'000;
 
 // requests of the chip and their values (libftdi)
 constexpr uint8_t kReset = 0, kModem = 1, kFlow = 2, kBaud = 3, kFormat = 4, kLatency = 9;
@@ -28,7 +27,7 @@ constexpr uint16_t kBootLatency = 16, kLatencyMs = 1;
 // the boot loader's greeting and answers
 constexpr std::array<uint8_t, 3> kHello{0x0a, 0x43, 0x0d};
 constexpr std::array<uint8_t, 4> kHelloBack{0x0a, 0x44, 0x2c, 0x0d};
-constexpr std::array<uint8_t, 1> kBegin{'A'};
+constexpr std::array<uint8_t, 1> kBootBegin{'A'};
 
 constexpr size_t kChunk = 62;  // a packet of the chip without its status
 constexpr size_t kLargestImage = 64 * 1024;
@@ -86,9 +85,9 @@ bool greet(const FtdiPort& port) {
   if (!answered) return false;
   port.control(kModem, kDtrOff);
   port.control(kBaud, kBaud142857);
-  port.send(kBegin);
-  const std::vector<uint8_t> echo = collect(port, kBegin.size(), kEchoNs);
-  return !echo.empty() && echo.back() == kBegin.front();
+  port.send(kBootBegin);
+  const std::vector<uint8_t> echo = collect(port, kBootBegin.size(), kEchoNs);
+  return !echo.empty() && echo.back() == kBootBegin.front();
 }
 
 /// Sends the image; false: an echo differs.

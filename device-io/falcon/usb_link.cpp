@@ -12,6 +12,7 @@
 #include "device-io/plugged/find_node.h"
 #include "device-io/threemotors/follow_scheduling.h"
 #include "proto/ipc/process.h"
+#include "proto/math/units.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
@@ -21,7 +22,6 @@ constexpr uint8_t kVendorRequest = 0x40;
 constexpr unsigned kRequestMs = 1000;  // for a request; a full-speed device answers within 5 ms
 constexpr int kTurnUs = 2000;      // longest wait for an event: the age of a question is looked at
 constexpr int kCancelTurns = 500;  // of kTurnUs: 1 s
-constexpr int64_t kMs = 1'000'000;
 constexpr long kRetryNs = 2'000'000;  // after cancelled transfers; hapticd's zero comes first
 
 [[noreturn]] void fail(const char* what, int error) {

@@ -2,16 +2,15 @@
 #include "device-io/hand/intent.h"
 
 #include <cmath>
-#include <numbers>
 
 #include "device-io/hand/portable_turn.h"
 #include "device-io/hand/waypoints.h"
 #include "proto/math/assert.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kReachShare = 0.25;                 // of stroke_time, for reach and for lift each
 constexpr double kTravelShare = 0.5;                 // of stroke_time, in addition to it
 constexpr double kCycleShare = 1 + kTravelShare;     // period of a cycle over stroke_time

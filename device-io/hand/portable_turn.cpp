@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "device-io/hand/portable_turn.h"
+#include "proto/math/units.h"
 
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 
 namespace haptic {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 /// Coefficients (−1)ⁿ/(2n+1)! of sin x / x in x².
 constexpr auto kSinSeries = [] {

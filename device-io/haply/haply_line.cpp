@@ -10,12 +10,12 @@
 #include <utility>
 
 #include "proto/ipc/process.h"
+#include "proto/math/units.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kGreetingNs = 2000 * kMs;
 constexpr int64_t kRoundNs = 50 * kMs;  // for an answer of a board that may be busy
 // A board that waits for the rest of a packet, which a killed program has cut off, gives up after

@@ -13,12 +13,12 @@
 
 #include "proto/ipc/process.h"
 #include "proto/math/assert.h"
+#include "proto/math/units.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kAskAgainNs = 5 * kMs;        // an answer later than this is lost
 constexpr int64_t kAskAgainMostNs = 100 * kMs;  // for a silent device, which has to read them all
 constexpr int64_t kLetGoNs = kFirmwareWatchdogNs - 10 * kMs;  // margin: a line may be under way

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
+#include "proto/math/units.h"
 #include "proto/os/environment.h"
 #include "proto/os/source_tree.h"
 
@@ -33,7 +33,6 @@ constexpr int64_t kMaxSubdivisions = 8;            // 1.3 million triangles
 constexpr int64_t kMaxSteps = 1000;                // two million triangles
 constexpr int64_t kMinTeeth = 6, kMaxTeeth = 200;  // of a gear
 constexpr int64_t kMaxSideSteps = 250;             // 1.25 million triangles
-constexpr double kDegree = std::numbers::pi / 180;
 // a socket's cavity: from a dish to one that holds the ball
 constexpr Range kCovers{10 * kDegree, 150 * kDegree};
 

@@ -14,7 +14,7 @@ constexpr uint32_t kMostGrey = 255;
 constexpr size_t kMostText = size_t{1} << 20;
 
 /// The next number of the header or a text image; comments run from '#' to the end of the line.
-uint32_t read_number(std::istream& in) {
+uint32_t read_image_number(std::istream& in) {
   while (in >> std::ws && in.peek() == '#') {
     std::string comment;
     std::getline(in, comment);
@@ -38,16 +38,16 @@ HeightImage read_height_image(const std::string& path) {
   in >> magic;
   if (magic != "P2" && magic != "P5") refuse("is no PGM");
   HeightImage image;
-  image.width = read_number(in);
-  image.height = read_number(in);
-  const uint32_t white = read_number(in);
+  image.width = read_image_number(in);
+  image.height = read_image_number(in);
+  const uint32_t white = read_image_number(in);
   const auto fits = [](uint32_t side) { return side > 0 && side <= HeightImage::kMaxSide; };
   if (!in || !fits(image.width) || !fits(image.height)) refuse("has the wrong size");
   if (white == 0 || white > kMostGrey) refuse("does not have 8 bits");
   in.get();  // the single space before binary pixels
 
   for (size_t i = 0; i < size_t{image.width} * image.height; ++i) {
-    const uint32_t grey = magic == "P5" ? static_cast<uint32_t>(in.get()) : read_number(in);
+    const uint32_t grey = magic == "P5" ? static_cast<uint32_t>(in.get()) : read_image_number(in);
     if (!in || grey > white) refuse("ends early, or has pixels whiter than white");
     image.grey[i] = static_cast<uint8_t>(grey * kMostGrey / white);
   }

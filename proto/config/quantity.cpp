@@ -5,8 +5,9 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <string>
+
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
@@ -50,8 +51,6 @@ struct Unit {
   Dimension dimension;
   double factor;  // to SI
 };
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 constexpr std::array kUnits = std::to_array<Unit>({
     {"m", Dimension::kLength, 1},
@@ -122,7 +121,7 @@ constexpr std::array kUnits = std::to_array<Unit>({
     {"GiB", Dimension::kMemory, 1073741824.0},
 });
 
-const Kind& kind_of(Dimension dimension) {
+const Kind& kind_of_dimension(Dimension dimension) {
   return *std::find_if(kKinds.begin(), kKinds.end(),
                        [&](const Kind& kind) { return kind.dimension == dimension; });
 }
@@ -214,8 +213,8 @@ double with_unit(const Number& number, Dimension dimension, std::string_view bar
       std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == unit; });
   if (at == kUnits.end()) fail("has an unknown unit");
   if (at->dimension != dimension) {
-    fail("is " + std::string(kind_of(at->dimension).name) + ", not " +
-         std::string(kind_of(dimension).name));
+    fail("is " + std::string(kind_of_dimension(at->dimension).name) + ", not " +
+         std::string(kind_of_dimension(dimension).name));
   }
   return number.value * at->factor;
 }
@@ -227,11 +226,11 @@ std::string in_quotes(std::string_view text) {
 }  // namespace
 
 std::string_view example_of(Dimension dimension) {
-  return kind_of(dimension).example;
+  return kind_of_dimension(dimension).example;
 }
 
 std::string_view name_of(Dimension dimension) {
-  const std::string_view name = kind_of(dimension).name;
+  const std::string_view name = kind_of_dimension(dimension).name;
   return name.substr(name.find(' ') + 1);
 }
 
@@ -257,7 +256,7 @@ double parse_quantity(std::string_view text, Dimension dimension, const Range& r
     throw QuantityError(quoted + " " + std::string(number.wrong) + "; " + how_to_write(dimension));
   }
   const double value = with_unit(number, dimension, bare_unit, quoted);
-  const double most = kind_of(dimension).most;
+  const double most = kind_of_dimension(dimension).most;
   if (!(std::fabs(value) <= most)) {
     throw QuantityError(quoted + " is too large; the most is " + quantity_text(most, dimension) +
                         "; " + how_to_write(dimension));

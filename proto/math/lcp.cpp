@@ -9,11 +9,11 @@
 namespace haptic {
 namespace {
 
-constexpr double kRounding = 1e-11;  // of a, relative to the terms it is the sum of
-constexpr double kDependent = 1e-9;  // response to a unit force, relative to A_dd
-constexpr double kSettled = 1e-13;   // change of an a in a sweep, relative likewise
-constexpr double kAccepted = 1e-10;  // residual of a, relative to b
-constexpr int kPivotsPerRow = 20;    // pivot limit per row; a handful is usual
+constexpr double kRounding = 1e-11;          // of a, relative to the terms it is the sum of
+constexpr double kDependent = 1e-9;          // response to a unit force, relative to A_dd
+constexpr double kSettled = 1e-13;           // change of an a in a sweep, relative likewise
+constexpr double kAcceptedResidual = 1e-10;  // residual of a, relative to b
+constexpr int kPivotsPerRow = 20;            // pivot limit per row; a handful is usual
 
 }  // namespace
 
@@ -94,7 +94,7 @@ bool LcpSolver::pivot(int& iterations) {
 
 /// Whether the result is a solution: rounding may have chosen the sets, or there may be none.
 bool LcpSolver::is_solved() const {
-  const double tolerated = kAccepted * largest_b_ + kSettled / kRounding * noise();
+  const double tolerated = kAcceptedResidual * largest_b_ + kSettled / kRounding * noise();
   for (size_t i = 0; i < n_; ++i) {
     if (!(a_[i] >= -tolerated) || (f_[i] > 0 && !(a_[i] <= tolerated))) return false;
   }

@@ -9,8 +9,9 @@
 namespace haptic {
 namespace {
 
-constexpr int kMaxIterations = 64;      // half-spaces added
-constexpr double kSingular = 1e-10;     // squared sine (two) or squared volume (three) of normals
+constexpr int kMostHalfSpaces = 64;  // half-spaces added
+constexpr double kSingularNormals =
+    1e-10;                              // squared sine (two) or squared volume (three) of normals
 constexpr double kFeasibility = 1e-13;  // relative to the size of the coordinates
 
 using Subset = std::array<int, 3>;
@@ -34,14 +35,14 @@ bool solve_multipliers(std::span<const HalfSpace> h, const Vec3& p, const Subset
   if (size == 2) {
     const Vec3 across = cross(n[0], n[1]);
     const double sine2 = norm_squared(across);
-    if (sine2 < kSingular) return false;
+    if (sine2 < kSingularNormals) return false;
     const double cosine = dot(n[0], n[1]);
     lambda = {(gap[0] - cosine * gap[1]) / sine2, (gap[1] - cosine * gap[0]) / sine2, 0};
     return true;
   }
   // three planes meet in a point: Cramer's rule, then its coordinates in the normals
   const double volume = dot(n[0], cross(n[1], n[2]));
-  if (volume * volume < kSingular) return false;
+  if (volume * volume < kSingularNormals) return false;
   const Vec3 c12 = cross(n[1], n[2]), c20 = cross(n[2], n[0]), c01 = cross(n[0], n[1]);
   const Vec3 step = (gap[0] * c12 + gap[1] * c20 + gap[2] * c01) / volume;
   lambda = {dot(step, c12) / volume, dot(step, c20) / volume, dot(step, c01) / volume};
@@ -112,7 +113,7 @@ PointProjection project_onto_half_spaces(const Vec3& p, std::span<const HalfSpac
   for (const HalfSpace& h : half_spaces) scale = std::max(scale, std::fabs(h.offset));
   const double tolerance = kFeasibility * scale;
 
-  for (; out.iterations < kMaxIterations; ++out.iterations) {
+  for (; out.iterations < kMostHalfSpaces; ++out.iterations) {
     int worst = -1;
     double worst_slack = -tolerance;
     for (size_t i = 0; i < half_spaces.size(); ++i) {

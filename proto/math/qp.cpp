@@ -9,10 +9,10 @@
 namespace haptic {
 namespace {
 
-constexpr int kMaxIterations = 100;   // rows added or dropped
-constexpr double kFeasible = 1e-13;   // violation, relative to the terms it is the difference of
-constexpr double kDependent = 1e-10;  // independent part of a row, relative to the row
-constexpr double kCancelled = 0.25;   // remaining squared length below which a split is repeated
+constexpr int kMaxIterations = 100;      // rows added or dropped
+constexpr double kFeasible = 1e-13;      // violation, relative to the terms it is the difference of
+constexpr double kDependentRow = 1e-10;  // independent part of a row, relative to the row
+constexpr double kCancelled = 0.25;      // remaining squared length below which a split is repeated
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kFarthest = 100;  // acceptable motion out of overlaps, in multiples of the deepest
 
@@ -199,9 +199,9 @@ class Solver {
       Vec6 left = g;
       const Vec6 along = set_.split(left);
       const double left2 = dot(left, left);
-      const bool dependent = set_.n == 6 || !(left2 > square(kDependent * length));
+      const bool dependent = set_.n == 6 || !(left2 > square(kDependentRow * length));
       // the rank check cannot tell so small a violation from zero
-      if (dependent && !changed && missing <= 2 * kDependent * length * (size_u_ + push_)) {
+      if (dependent && !changed && missing <= 2 * kDependentRow * length * (size_u_ + push_)) {
         indistinct_ = std::max(indistinct_, missing);
         return true;
       }

@@ -13,13 +13,12 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "proto/math/units.h"
 #include "proto/os/programs.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
 namespace {
-
-constexpr int64_t kMs = 1'000'000;
 
 /// Runs after fork: only async-signal-safe calls, since the parent has threads.
 [[noreturn]] void become(const char* path, char* const* argv, std::span<const int> kept, int said) {

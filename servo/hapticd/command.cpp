@@ -23,7 +23,7 @@ constexpr const char* kCommands =
     "VALUE";
 constexpr double kUnitQuaternion = 1e-3;  // how far a written one may be from length 1
 
-Command refused(const std::string& problem) {
+ControlCommand refused(const std::string& problem) {
   return {CommandKind::kRefused, false, one_line(problem)};
 }
 
@@ -44,7 +44,8 @@ std::string lack_with(const SessionConfig& config, Renderer renderer, const Cont
   return lack_of(config, renderer, solver, springs, baked_for(config));
 }
 
-Command set_renderer(std::string_view name, const SessionConfig& config, ControlFrame& wanted) {
+ControlCommand set_renderer(std::string_view name, const SessionConfig& config,
+                            ControlFrame& wanted) {
   const RendererRow* row = find_renderer(name);
   if (row == nullptr) {
     return refused(unknown_renderer(name));
@@ -56,7 +57,8 @@ Command set_renderer(std::string_view name, const SessionConfig& config, Control
   return {CommandKind::kChange, false, ""};
 }
 
-Command set_solver(std::string_view name, const SessionConfig& config, ControlFrame& wanted) {
+ControlCommand set_solver(std::string_view name, const SessionConfig& config,
+                          ControlFrame& wanted) {
   const auto known = std::find(kSoftSolverNames.begin(), kSoftSolverNames.end(), name);
   if (known == kSoftSolverNames.end()) {
     const std::vector<std::string_view> names(kSoftSolverNames.begin(), kSoftSolverNames.end());
@@ -84,7 +86,7 @@ std::string why_not_led(const DeviceConfig& device) {
   return "no hand holds the simulated device (hand_stiffness is 0): nothing to lead";
 }
 
-Command lead(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
+ControlCommand lead(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
   const std::string problem = why_not_led(config.device);
   if (!problem.empty()) return refused("lead: " + problem);
   std::array<double, 7> numbers{0, 0, 0, 1};
@@ -113,7 +115,7 @@ Command lead(std::string_view line, const SessionConfig& config, ControlFrame& w
   return {CommandKind::kLead, false, ""};
 }
 
-Command release(const SessionConfig& config, ControlFrame& wanted) {
+ControlCommand release(const SessionConfig& config, ControlFrame& wanted) {
   const std::string problem = why_not_led(config.device);
   if (!problem.empty()) return refused("release: " + problem);
   wanted.leading = 0;
@@ -141,7 +143,7 @@ double parse_value(std::string_view text, const Parameter& parameter) {
                              : parse_number(text, range);
 }
 
-Command set(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
+ControlCommand set(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
   const std::string_view key = take_word(line);
   if (key == "renderer") return set_renderer(line, config, wanted);
   if (key == "solver") return set_solver(line, config, wanted);
@@ -164,14 +166,15 @@ Command set(std::string_view line, const SessionConfig& config, ControlFrame& wa
 
 }  // namespace
 
-Command apply_command(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
+ControlCommand apply_command(std::string_view line, const SessionConfig& config,
+                             ControlFrame& wanted) {
   const std::string_view word = take_word(line);
   if (word == "status" && line == "text") return {CommandKind::kStatusText, false, ""};
   if (word != "set" && word != "lead" && !line.empty()) {
     return refused("'" + shown(word) + "' takes nothing after it");
   }
   ControlFrame changed = wanted;
-  Command command{CommandKind::kChange, false, ""};
+  ControlCommand command{CommandKind::kChange, false, ""};
   if (word == "status") return {CommandKind::kStatus, false, ""};
   if (word == "config") return {CommandKind::kConfig, false, ""};
   if (word == "stop") return {CommandKind::kStop, false, ""};

@@ -12,7 +12,7 @@ namespace haptic {
 /// Request of a line from the control socket.
 enum class CommandKind { kStatus, kStatusText, kConfig, kStop, kChange, kLead, kRefused };
 
-struct Command {
+struct ControlCommand {
   CommandKind kind = CommandKind::kRefused;
   bool clears_fault = false;
   std::string problem;  // one line: why it is refused
@@ -27,6 +27,7 @@ struct Command {
 ///   lead X Y Z [QW QX QY QZ], where a simulated hand is led to: the tool's pose in W [m] | release
 /// A change gives `wanted` a new revision. To lead (kLead) is one that is answered at once; its
 /// instant, intent_t_ns, is the caller's to set.
-Command apply_command(std::string_view line, const SessionConfig& config, ControlFrame& wanted);
+ControlCommand apply_command(std::string_view line, const SessionConfig& config,
+                             ControlFrame& wanted);
 
 }  // namespace haptic

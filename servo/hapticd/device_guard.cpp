@@ -11,13 +11,13 @@
 
 #include "device-io/plugged/find_node.h"
 #include "device-io/plugged/send_release.h"
+#include "proto/math/units.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
 namespace {
 
-constexpr int kFifoPriority = 90;  // above the servo's 80
-constexpr int64_t kMs = 1'000'000;
+constexpr int kFifoPriority = 90;           // above the servo's 80
 constexpr int64_t kLookNs = 2 * kMs;        // longest period of the checks
 constexpr int64_t kHeldUpNs = 3 * kMs;      // a check later than this is skipped
 constexpr int64_t kLetGoNs = 50 * kMs;      // for the thread to take what is handed over

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/hapticd/restart_policy.h"
+#include "proto/math/units.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +8,6 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kLatePulseNs = 20 * kMs;  // logged beyond it
 constexpr int64_t kHungNs = 250 * kMs;      // killed beyond it
 

@@ -17,6 +17,7 @@
 #include "proto/config/devices.h"
 #include "proto/ipc/control.h"
 #include "proto/ipc/process.h"
+#include "proto/math/units.h"
 #include "proto/os/message.h"
 #include "proto/os/programs.h"
 #include "proto/os/realtime.h"
@@ -26,7 +27,6 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kLookPeriodNs = 20 * kMs;       // of events and heartbeats
 constexpr int64_t kControlPeriodNs = 100 * kMs;   // a late reader of the ring soon finds a frame
 constexpr int64_t kTellWaitingNs = 10'000 * kMs;  // between log lines before the first contact
@@ -199,7 +199,7 @@ void Supervisor::write_output(const char* name, ChildProcess& child, bool ended)
 
 void Supervisor::take_command(uint64_t peer, std::string_view line) {
   const bool was_leading = control_frame_.leading != 0;
-  const Command command = apply_command(line, config_, control_frame_);
+  const ControlCommand command = apply_command(line, config_, control_frame_);
   switch (command.kind) {
     case CommandKind::kStatusText:
       commands_.answer(peer, status_text(status()));

@@ -14,7 +14,7 @@ namespace {
 constexpr double kMostTicks = 20;  // that an answer's look-ahead is shared among
 
 /// What the session says, with the coupling in force and the tool that contact has baked.
-SoftProxyModel proxy_model(const ServoModel& model, const RenderQuestion& question) {
+SoftProxyModel soft_proxy_model(const ServoModel& model, const RenderQuestion& question) {
   SoftProxyModel proxy = model.body;
   const auto renderer = static_cast<Renderer>(question.contacts.renderer);
   proxy.solver = question.soft_solver.value_or(solver_of(model.proxy, renderer));
@@ -113,7 +113,7 @@ Rendered render_soft_proxy(const ServoModel& model, const RenderQuestion& questi
   const ContactSet& contacts = question.contacts;
   const TickScene& scene = question.scene;
   const SoftProxyTick tick{scene, {question.X_WT, question.V_WT}, &contacts, model.dt};
-  SoftProxyModel proxy = proxy_model(model, question);
+  SoftProxyModel proxy = soft_proxy_model(model, question);
   if (proxy.max_travel > 0) {
     // what contact has seen ahead is for all the ticks since
     const double age = static_cast<double>(question.t_ns - contacts.answers_t_ns) * 1e-9 / model.dt;

@@ -9,9 +9,9 @@ namespace haptic {
 namespace {
 
 /// Pushes the opposite of the tool's force into the objects that carry it.
-void add_impulses(const PointProxySolution& solution, const Vec3& force_W,
-                  const std::array<Pose, kMaxObjects>& X_WO, double dt,
-                  std::array<Wrench, kMaxObjects>& impulse_W) {
+void add_point_impulses(const PointProxySolution& solution, const Vec3& force_W,
+                        const std::array<Pose, kMaxObjects>& X_WO, double dt,
+                        std::array<Wrench, kMaxObjects>& impulse_W) {
   Vec3 sum_W{};
   for (const ProxyPush& push : solution.active()) sum_W += push.push_W;
   const double length2 = norm_squared(sum_W);
@@ -53,7 +53,7 @@ Rendered rendered_point(const ServoModel& model, const RenderQuestion& question,
   out.finite = proxy.finite;
   out.converged = proxy.converged;
   out.object_impulse_W = question.object_impulse_W;
-  add_impulses(proxy, out.F_W.f, question.scene.X_WO, model.dt, out.object_impulse_W);
+  add_point_impulses(proxy, out.F_W.f, question.scene.X_WO, model.dt, out.object_impulse_W);
   return out;
 }
 

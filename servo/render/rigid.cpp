@@ -9,7 +9,7 @@ namespace haptic {
 namespace {
 
 /// What the session says, with the coupling in force and the tool that contact has baked.
-RigidProxyModel proxy_model(const ServoModel& model, const RenderQuestion& question) {
+RigidProxyModel rigid_proxy_model(const ServoModel& model, const RenderQuestion& question) {
   RigidProxyModel proxy;
   proxy.coupling = coupling_in_force(model, question);
   proxy.tool = tool_in_force(model, question.contacts);
@@ -29,7 +29,7 @@ RigidProxyTick tick_of(const ServoModel& model, const RenderQuestion& question) 
 Rendered render_god_object6(const ServoModel& model, const RenderQuestion& question,
                             RenderState& state) {
   BodySolution solution =
-      solve_god_object6(proxy_model(model, question), state.kept.keep<GodObject6State>(),
+      solve_god_object6(rigid_proxy_model(model, question), state.kept.keep<GodObject6State>(),
                         state.contact_solvers.coulomb, tick_of(model, question));
   limit_step(model, question, state.continuity, solution);
   return rendered_body(model, question, solution);
@@ -38,7 +38,7 @@ Rendered render_god_object6(const ServoModel& model, const RenderQuestion& quest
 Rendered render_constrained6(const ServoModel& model, const RenderQuestion& question,
                              RenderState& state) {
   BodySolution solution =
-      solve_constrained6(proxy_model(model, question), state.kept.keep<Constrained6State>(),
+      solve_constrained6(rigid_proxy_model(model, question), state.kept.keep<Constrained6State>(),
                          state.contact_solvers, tick_of(model, question));
   limit_step(model, question, state.continuity, solution);
   return rendered_body(model, question, solution);

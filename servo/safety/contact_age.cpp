@@ -4,12 +4,12 @@
 #include <algorithm>
 
 #include "proto/math/assert.h"
+#include "proto/math/units.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kMinHold = 20 * kMs;   // a set is at full weight at least this long
 constexpr int64_t kMaxHold = 100 * kMs;  // and at most this long
 constexpr int64_t kFade = 50 * kMs;      // duration of the fade

@@ -11,7 +11,7 @@ namespace {
 constexpr int kNewtonSteps = 4;        // quadratic: half a radian to rounding
 constexpr double kIndependent = 1e-6;  // sine of the angle to the rows before, in the metric
 
-bool is_sound(const Contact& row) {
+bool is_sound_guide(const Contact& row) {
   return row.object < kMaxObjects && is_finite(row.tool_point_T) && is_finite(row.object_point_O) &&
          is_finite(row.normal_O);
 }
@@ -56,7 +56,7 @@ GuideRows guide_rows(const ContactSet& set) {
   for (uint32_t i = n_one_sided(set); i < end; ++i) {
     const Contact& row = set.contacts[i];
     const bool fits = guides.size == 0 || row.object == guides.object;
-    if (!is_sound(row) || !fits || guides.size == kMaxGuides) return {};
+    if (!is_sound_guide(row) || !fits || guides.size == kMaxGuides) return {};
     guides.object = row.object;
     guides.rows[guides.size++] = row;
   }

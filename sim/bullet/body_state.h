@@ -7,6 +7,11 @@
 /// A body of Bullet by its centre of mass.
 namespace haptic {
 
+// what held and has no impulse goes on holding: a step may come before the hand's next frame
+// [steps]
+inline constexpr int kHeldSteps = 5;
+inline constexpr double kSticks = 0.95;  // of the greatest friction: less does not slide
+
 inline Pose pose_of(const btRigidBody& body) {
   return from_bullet(body.getCenterOfMassTransform());
 }

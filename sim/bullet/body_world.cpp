@@ -24,10 +24,7 @@ constexpr double kBounceSpeed = 0.02;  // slower impacts do not bounce [m/s]
 // time, a twentieth of our boxes
 constexpr double kSleepSpeed = 0.5e-3;  // [m/s]
 constexpr double kSleepTurning = 0.02;  // [rad/s]
-// a contact without impulse goes on holding: a step may come before the hand's next frame [steps]
-constexpr intptr_t kHeldSteps = 5;
-constexpr double kSticks = 0.95;    // of the greatest friction: less does not slide
-constexpr double kDiagonal = 1e-9;  // products of inertia over the trace that are rounding
+constexpr double kDiagonal = 1e-9;      // products of inertia over the trace that are rounding
 
 /// The axes of a body's centre of mass in O: principal ones, those of O where they are principal.
 struct PrincipalAxes {
@@ -64,7 +61,7 @@ bool is_held(const btManifoldPoint& point) {
 /// Counts down the steps in which a contact without impulse goes on holding.
 void note_impulse(btManifoldPoint& point) {
   auto steps = reinterpret_cast<intptr_t>(point.m_userPersistentData);
-  steps = point.m_appliedImpulse > 0 ? kHeldSteps : std::max<intptr_t>(steps - 1, 0);
+  steps = point.m_appliedImpulse > 0 ? intptr_t{kHeldSteps} : std::max<intptr_t>(steps - 1, 0);
   point.m_userPersistentData = reinterpret_cast<void*>(steps);
 }
 

@@ -13,9 +13,6 @@ namespace {
 
 // of what has been left open, mended in one step where Bullet's rows alone hold
 constexpr double kMend = 0.5;
-constexpr double kSticks = 0.95;  // of the greatest friction: less does not slide
-// an end stop without impulse goes on holding, as a contact does (body_world.cpp) [steps]
-constexpr int kHeldSteps = 5;
 constexpr double kHold = 1e6;  // κ over the heavier mass, as in sim/mobility.h
 
 bool is_mobile(const btRigidBody& body) {

@@ -12,7 +12,7 @@ Vec3 axis_in_world(const ObjectConfig& object) {
   return rotate(object.X_WO.q, normalized(object.motion.axis_O));
 }
 
-ScriptedState state_at(const ObjectConfig& object, double phase, double phase_rate) {
+ScriptedState oscillation_at(const ObjectConfig& object, double phase, double phase_rate) {
   const double amplitude = object.motion.amplitude;
   const Vec3 axis_W = axis_in_world(object);
   ScriptedState state{object.X_WO, {}};
@@ -21,7 +21,7 @@ ScriptedState state_at(const ObjectConfig& object, double phase, double phase_ra
   return state;
 }
 
-double phase_of(const ObjectConfig& object, const Pose& X_WO, const Twist& V_WO) {
+double oscillation_phase(const ObjectConfig& object, const Pose& X_WO, const Twist& V_WO) {
   const MotionConfig& motion = object.motion;
   if (motion.amplitude == 0) return 0;
   const Vec3 axis_W = axis_in_world(object);
@@ -35,6 +35,6 @@ double phase_of(const ObjectConfig& object, const Pose& X_WO, const Twist& V_WO)
 }  // namespace
 
 /// p = p₀ + amplitude·sin(phase)·axis.
-extern const Motion oscillation{state_at, phase_of};
+extern const Motion oscillation{oscillation_at, oscillation_phase};
 
 }  // namespace haptic

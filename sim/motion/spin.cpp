@@ -4,7 +4,7 @@
 namespace haptic {
 namespace {
 
-ScriptedState state_at(const ObjectConfig& object, double phase, double phase_rate) {
+ScriptedState spin_at(const ObjectConfig& object, double phase, double phase_rate) {
   const Vec3 axis_O = normalized(object.motion.axis_O);
   ScriptedState state{object.X_WO, {}};
   state.X_WO.q = normalized(object.X_WO.q * from_rotation_vector(phase * axis_O));
@@ -12,7 +12,7 @@ ScriptedState state_at(const ObjectConfig& object, double phase, double phase_ra
   return state;
 }
 
-double phase_of(const ObjectConfig& object, const Pose& X_WO, const Twist&) {
+double spin_phase(const ObjectConfig& object, const Pose& X_WO, const Twist&) {
   return dot(to_rotation_vector(conjugate(object.X_WO.q) * X_WO.q),
              normalized(object.motion.axis_O));
 }
@@ -20,6 +20,6 @@ double phase_of(const ObjectConfig& object, const Pose& X_WO, const Twist&) {
 }  // namespace
 
 /// Turned by the phase about the axis through the object's origin.
-extern const Motion spin{state_at, phase_of};
+extern const Motion spin{spin_at, spin_phase};
 
 }  // namespace haptic

@@ -26,8 +26,6 @@ namespace {
 
 using namespace cache_damage;
 
-constexpr unsigned kSeconds = kSlowdown > 1 ? 20 : 2;  // CPU time limit of an input [s]
-
 Bytes shape_block() {
   const MeshShapeData shape = build_shape(make_icosphere(1, 2));
   const MeshData& eye = shape.mesh;
@@ -137,7 +135,7 @@ Cached cached_pieces() {
 /// Numbers are changed and the checksum is right: some are refused, and the queries of the rest
 /// end.
 void check_inside(const char* name, uint64_t seed, const Cached& cached) {
-  FuzzMeter meter(name, seed, kSeconds);
+  FuzzMeter meter(name, seed, kMostSeconds);
   meter.run(sweep(4000),
             [&](Random& random) { return cached.is_taken(cached.inside(random), random); });
   if (!meter.is_whole()) return;
@@ -147,7 +145,7 @@ void check_inside(const char* name, uint64_t seed, const Cached& cached) {
 
 /// Files of any of these that are not what was written: all are refused.
 void check_outside(const char* name, uint64_t seed, const std::vector<Cached>& kinds) {
-  FuzzMeter meter(name, seed, kSeconds);
+  FuzzMeter meter(name, seed, kMostSeconds);
   meter.run(sweep(4000), [&](Random& random) {
     const Cached& cached = kinds[random() % kinds.size()];
     return cached.is_taken(damaged_outside(cached.good, random), random);

@@ -6,7 +6,11 @@
 #include <random>
 #include <string>
 
+#include "tests/support/torture_scale.h"
+
 namespace haptic::test {
+
+inline constexpr unsigned kMostSeconds = kSlowdown > 1 ? 20 : 2;  // CPU time limit of an input [s]
 
 /// Runs the inputs of a fuzzer one by one and counts the results. An input that exceeds its time or
 /// ends the program is named on stderr; with HAPTIC_FUZZ_INPUT=N in the environment only that input

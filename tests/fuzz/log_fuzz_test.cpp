@@ -219,7 +219,7 @@ std::string file_of(const std::vector<Record>& records, FuzzRandom& random) {
   return file.raw(test::kMcapMagic).bytes();
 }
 
-std::string input(const std::string& seed, const test::Damage& damage, FuzzRandom& random) {
+std::string log_input(const std::string& seed, const test::Damage& damage, FuzzRandom& random) {
   if (random.below(3) == 0) return damage.apply(seed, random, 1 << 20);
   const size_t magic = test::kMcapMagic.size();
   std::vector<Record> records = records_of(seed, magic, seed.size() - magic);
@@ -276,7 +276,7 @@ TEST_CASE("fuzz: a recording is refused in one line or read in bounded time and 
   const std::string path = folder.path() + "/fuzzed.mcap";
   test::FuzzRun fuzz("log", 3, 900);
   fuzz.run([&](FuzzRandom& random) {
-    std::ofstream(path, std::ios::binary) << input(random.pick(seeds), damage, random);
+    std::ofstream(path, std::ios::binary) << log_input(random.pick(seeds), damage, random);
     use(path);
   });
   CHECK(fuzz.accepted() > fuzz.inputs() / 50);

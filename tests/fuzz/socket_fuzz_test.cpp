@@ -169,7 +169,7 @@ struct Controlled {
 
   void serve() {
     server.serve([this](uint64_t peer, std::string_view line) {
-      const Command command = apply_command(line, config, wanted);
+      const ControlCommand command = apply_command(line, config, wanted);
       changes += command.kind == CommandKind::kChange;
       server.answer(peer, command.kind == CommandKind::kRefused
                               ? std::string(kMistakeAnswer) + command.problem

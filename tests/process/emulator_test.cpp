@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "proto/ipc/control_socket.h"
+#include "proto/math/units.h"
 #include "tests/process/emulator_process.h"
 #include "tests/process/network.h"
 #include "tests/process/watcher.h"
@@ -21,8 +22,6 @@ using Records = std::vector<EmulatorRecord>;
 
 constexpr double kStiffness = 500;  // [N/m]
 constexpr double kMaxDamping = 2;   // default of the passivity controller [N·s/m]
-constexpr double kTick = 1e-3;      // [s]
-constexpr int64_t kMs = 1'000'000;
 // 0.5 mA in each of three motors, as a force at the tip, in all poses of these tests
 constexpr double kCurrentStep = 5e-3;  // [N]
 const WoodenHapticsGeometry kArm;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/math/units.h"
 #include "proto/os/programs.h"
 #include "tests/process/hapt_command.h"
 #include "tests/process/hapticd_process.h"
@@ -22,10 +23,9 @@ using test::HapticdProcess;
 using test::TemporaryRuntimeFolder;
 using test::Watcher;
 
-constexpr int64_t kMs = 1'000'000;
 constexpr bool kSanitized = test::kSlowdown > 1;
 
-std::string write_session(const std::string& folder, int rate_khz, const std::string& wake) {
+std::string write_rate_session(const std::string& folder, int rate_khz, const std::string& wake) {
   const std::string path = folder + "/rate.toml";
   std::ofstream(path) << "[session]\nname = \"rate\"\n[servo]\nrate = \"" << rate_khz
                       << " kHz\"\nwake = \"" << wake
@@ -109,7 +109,7 @@ TEST_CASE("rate: the servo really runs at 1, 2, 4 and 8 kHz, sleeping or spinnin
   }
   CAPTURE(rate_khz, wake);
   const TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd({write_session(folder.path(), rate_khz, wake)}, folder.path());
+  HapticdProcess hapticd({write_rate_session(folder.path(), rate_khz, wake)}, folder.path());
   Watcher watcher("rate");
   INFO(hapticd.log());
   REQUIRE(watcher.wait_for_all());
@@ -142,7 +142,7 @@ TEST_CASE("rate: at 8 kHz a stop of 40 ms is one late tick and counted skips, ne
     return;
   }
   const TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd({write_session(folder.path(), 8, "sleep")}, folder.path());
+  HapticdProcess hapticd({write_rate_session(folder.path(), 8, "sleep")}, folder.path());
   Watcher watcher("rate");
   INFO(hapticd.log());
   REQUIRE(watcher.wait_for_all());

@@ -21,7 +21,7 @@ namespace {
 using namespace test;
 
 /// A running session with its own session file.
-struct Session {
+struct RecordedSession {
   TemporaryRuntimeFolder folder;
   std::string text =
       read_config_text(test::from_source("configs/plane.toml")) + "# of this test alone\n";
@@ -29,7 +29,7 @@ struct Session {
   HapticdProcess hapticd{{file, "--session", "recorded"}, folder.path()};
   Watcher watcher{"recorded"};
 
-  Session() { REQUIRE(watcher.wait_for_all()); }
+  RecordedSession() { REQUIRE(watcher.wait_for_all()); }
   std::string write() const {
     std::string path = folder.path() + "/own.toml";
     std::ofstream(path) << text;
@@ -44,7 +44,7 @@ std::string config_in(const std::string& recording) {
 }  // namespace
 
 TEST_CASE("hapt record: the recording holds the session file that hapticd has read") {
-  const Session session;
+  const RecordedSession session;
   // the file it was started with, whatever has replaced it since
   std::ofstream(session.file) << "something else";
   const Ran ran = hapt("record -o run.mcap --for 0.3", session.folder.path());
@@ -59,7 +59,7 @@ TEST_CASE("hapt record: a user who may watch is not told the session file") {
     WARN("SKIPPED: needs root, to become somebody else");
     return;
   }
-  const Session session;
+  const RecordedSession session;
   namespace fs = std::filesystem;
   fs::permissions(session.folder.path(), fs::perms(0755));
   const std::string open = session.folder.path() + "/open";
@@ -75,7 +75,7 @@ TEST_CASE("hapt record: a user who may watch is not told the session file") {
 }
 
 TEST_CASE("hapt record: what is no file is refused, and a full one ends with the count of losses") {
-  const Session session;
+  const RecordedSession session;
   const std::string folder = session.folder.path();
   REQUIRE(mkfifo((folder + "/pipe").c_str(), 0600) == 0);
   for (const std::string output : {"/dev/null", "/dev/full", "pipe"}) {
@@ -94,7 +94,7 @@ TEST_CASE("hapt record: what is no file is refused, and a full one ends with the
 }
 
 TEST_CASE("hapt info, diff, recover: of a real recording, and of one that was cut") {
-  const Session session;
+  const RecordedSession session;
   const std::string folder = session.folder.path();
   REQUIRE(hapt("record -o run.mcap --for 0.8", folder).code == 0);
   const Ran info = hapt("info run.mcap", folder);

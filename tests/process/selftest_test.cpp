@@ -16,7 +16,7 @@ namespace {
 using test::EmulatorProcess;
 
 /// A block under a WoodenHaptics at `device` in this folder.
-void write_session(const std::string& folder) {
+void write_selftest_session(const std::string& folder) {
   std::ofstream(folder + "/woody.toml")
       << "[session]\nname = \"woody\"\n[device]\nkind = \"woodenhaptics\"\n[device.serial]\n"
          "path = \""
@@ -49,7 +49,7 @@ TEST_CASE("selftest: it prints every kind of violation and succeeds where there 
 
 TEST_CASE("selftest: under guard a device is spoken to in every tick, and that is no violation") {
   const test::TemporaryFolder folder;
-  write_session(folder.path());
+  write_selftest_session(folder.path());
   EmulatorProcess emulator({}, folder.path());
   const test::Ran ran =
       test::hapt("selftest --config woody.toml --ticks 200 --json", folder.path());
@@ -67,7 +67,7 @@ TEST_CASE("selftest: under guard a device is spoken to in every tick, and that i
 
 TEST_CASE("selftest: a device that falls silent in mid-run fails it") {
   const test::TemporaryFolder folder;
-  write_session(folder.path());
+  write_selftest_session(folder.path());
   EmulatorProcess emulator({}, folder.path());
   // well after the greeting, well before the end
   std::atomic<bool> over = false;

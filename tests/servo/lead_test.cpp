@@ -6,18 +6,18 @@
 #include <cmath>
 #include <limits>
 
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using haptic::Clutch;
 using haptic::ControlFrame;
 using haptic::DeviceMap;
+using haptic::kMs;
 using haptic::led_handle;
 using haptic::Vec3;
 using haptic::test::IsNear;
 
 namespace {
-
-constexpr int64_t kMs = 1'000'000;
 
 ControlFrame led_to(const Vec3& tool_W, int64_t t_ns) {
   ControlFrame control{};

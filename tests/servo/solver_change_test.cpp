@@ -8,6 +8,7 @@
 
 using haptic::ContactSet;
 using haptic::ControlFrame;
+using haptic::kMs;
 using haptic::Renderer;
 using haptic::ServoFrame;
 using haptic::ServoInput;
@@ -16,7 +17,6 @@ using haptic::ServoState;
 using haptic::SoftSolver;
 using haptic::Vec3;
 using haptic::test::input_at;
-using haptic::test::kMs;
 using haptic::test::plain_model;
 using haptic::test::plane;
 using haptic::test::set_of;

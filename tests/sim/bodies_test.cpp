@@ -15,12 +15,12 @@ using namespace haptic;
 using haptic::test::BodyScene;
 using haptic::test::BodySim;
 using haptic::test::IsNear;
+using haptic::test::kGravity;
 using haptic::test::tol;
 
 namespace {
 
-constexpr double kGravity = 9.81;  // [m/s²]
-constexpr double kEdge = 0.02;     // of a box [m]
+constexpr double kEdge = 0.02;  // of a box [m]
 
 Vec3 edges(double edge) {
   return {edge, edge, edge};

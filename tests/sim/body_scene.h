@@ -12,6 +12,8 @@
 
 namespace haptic::test {
 
+inline constexpr double kGravity = 9.81;  // [m/s²]
+
 /// A scene of bodies with its shapes, and a sim that steps it without a hand.
 struct BodyScene {
   SessionConfig config;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
+#include "proto/math/units.h"
 #include "sim/joint/curve.h"
 #include "sim/joint/spline.h"
 #include "tests/sim/joint_scene.h"
@@ -13,14 +13,6 @@
 
 using namespace haptic;
 using namespace haptic::test;
-
-namespace {
-
-constexpr double kDt = 1e-3;  // [s]
-constexpr double kPi = std::numbers::pi;
-constexpr double kGravity = 9.81;  // [m/s²]
-
-}  // namespace
 
 TEST_CASE("joints: a ball lets a rod swing as a physical pendulum", "[sim][joints]") {
   RodScene scene(JointKind::kBall);
@@ -32,7 +24,7 @@ TEST_CASE("joints: a ball lets a rod swing as a physical pendulum", "[sim][joint
   scene.config.objects[0].X_WO = {rotate(turn, {r, 0, 0}), turn};
   BodySim sim(scene);
   const double w = std::sqrt(RodScene::kMass * kGravity * r / RodScene::kInertia);
-  const int half = static_cast<int>(std::lround(kPi / w / kDt));
+  const int half = static_cast<int>(std::lround(kPi / w / kTick));
   double loose = 0;
   for (int k = 0; k < 4 * half; ++k) {
     sim.step();
@@ -89,8 +81,8 @@ TEST_CASE("joints: two free bodies on a spring oscillate about what they weigh t
   double error = 0;
   for (int k = 1; k <= 300; ++k) {
     sim.step();
-    error = std::max(error,
-                     std::fabs(sim.frame.joints[0].position - 0.01 * (1 - std::cos(w * kDt * k))));
+    error = std::max(
+        error, std::fabs(sim.frame.joints[0].position - 0.01 * (1 - std::cos(w * kTick * k))));
     REQUIRE_THAT(RodScene::kMass * sim.frame.V_WO[0].v + 0.1 * sim.frame.V_WO[1].v,
                  IsNear({}, 1e-9));
   }

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "proto/math/units.h"
 #include "tests/sim/body_scene.h"
 
 namespace haptic::test {
@@ -35,11 +36,10 @@ struct PushingFrame {
   }
   /// The counters after another millisecond of this wrench at the object's origin.
   const ServoFrame* push(const Wrench& F_W) {
-    constexpr double kDt = 1e-3;
     Wrench& J = frame.object_impulse_W[object];
     Wrench& S = frame.object_impulse_time_W[object];
-    S = S + kDt * J + 0.5 * kDt * kDt * F_W;
-    J = J + kDt * F_W;
+    S = S + kTick * J + 0.5 * kTick * kTick * F_W;
+    J = J + kTick * F_W;
     frame.t_ns += 1'000'000;
     return &frame;
   }

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 
+#include "proto/math/units.h"
 #include "proto/wire/scene_pose.h"
 #include "tests/sim/joint_scene.h"
 #include "tests/support/near.h"
@@ -13,9 +13,6 @@ using namespace haptic;
 using namespace haptic::test;
 
 namespace {
-
-constexpr double kDt = 1e-3;  // [s]
-constexpr double kPi = std::numbers::pi;
 
 /// Position under a constant load from rest, by mass (or inertia), damping and stiffness.
 double closed_form(double load, double m, double c, double k, double t) {
@@ -56,7 +53,7 @@ TEST_CASE("joints: a hinge under a constant push is where the closed form puts i
     const Vec3 along{std::cos(q), std::sin(q), 0}, across{-std::sin(q), std::cos(q), 0};
     const Vec3 force = kTorque / RodScene::kLength * across + 1.0 * along + Vec3{0, 0, 0.5};
     sim.step(hand.push({force, {0.01, -0.02, kTorque / 2}}));
-    const double exact = closed_form(kTorque, RodScene::kInertia, damping, stiffness, kDt * k);
+    const double exact = closed_form(kTorque, RodScene::kInertia, damping, stiffness, kTick * k);
     largest = std::max(largest, exact);
     error = std::max(error, std::fabs(sim.frame.joints[0].position - exact));
   }
@@ -84,7 +81,7 @@ TEST_CASE("joints: a slider under a constant push and its weight", "[sim][joints
   double largest = 0, error = 0;
   for (int k = 1; k <= 300; ++k) {
     sim.step(hand.push({{3, 0.5, 0}, {0.01, 0.02, -0.03}}));
-    const double exact = closed_form(load, RodScene::kMass, damping, stiffness, kDt * k);
+    const double exact = closed_form(load, RodScene::kMass, damping, stiffness, kTick * k);
     largest = std::max(largest, std::fabs(exact));
     error = std::max(error, std::fabs(sim.frame.joints[0].position - exact));
   }
@@ -104,7 +101,7 @@ TEST_CASE("joints: the torque along a hinge is the table's", "[sim][joints]") {
   for (double q = -1.4; q <= 1.4; q += 0.05) {
     begin_at(sim, turned_rod(q), {}, q);
     sim.step();
-    const double torque = RodScene::kInertia * sim.frame.joints[0].velocity / kDt;
+    const double torque = RodScene::kInertia * sim.frame.joints[0].velocity / kTick;
     error = std::max(error, std::fabs(torque - kTop * std::sin(4 * q)));
     // what readers extrapolate by
     const double alpha = sim.frame.responses[0].acceleration_W.w.z;
@@ -163,7 +160,7 @@ TEST_CASE("joints: a hinge coasts at its speed, and stays on its axis", "[sim][j
   for (int k = 1; k <= 2000; ++k) {
     sim.step();
     REQUIRE(sim.frame.joints[0].velocity == Approx(kSpeed).epsilon(1e-9));
-    REQUIRE(sim.frame.joints[0].position == Approx(start + kSpeed * kDt * k).epsilon(1e-9));
+    REQUIRE(sim.frame.joints[0].position == Approx(start + kSpeed * kTick * k).epsilon(1e-9));
     REQUIRE(std::fabs(norm(sim.frame.X_WO[0].p) - RodScene::kLength / 2) < 1e-9);
     // what it accelerates by is towards the axis
     const Vec3 a = sim.frame.responses[0].acceleration_W.v;

@@ -4,20 +4,19 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 
+#include "proto/math/units.h"
 #include "proto/wire/scene_pose.h"
 #include "sim/step.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
 using haptic::test::IsNear;
+using haptic::test::kAlgebra;
 using haptic::test::tol;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kAlgebra = 1e-12;  // a handful of roundings of numbers near one
 // a central difference over h errs by h²/6 of the third derivative: 1e-8·(2π)³ of the amplitude
 constexpr int64_t kHalfStep_ns = 100'000;
 constexpr double kDifferenceError = 1e-5;

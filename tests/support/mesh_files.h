@@ -8,6 +8,13 @@
 
 namespace haptic::test {
 
+inline std::string first_replaced(std::string text, const std::string& what,
+                                  const std::string& with) {
+  return text.replace(text.find(what), what.size(), with);
+}
+
+inline constexpr uint64_t kPlenty = uint64_t{4} << 30;  // of memory for reading a mesh [bytes]
+
 // a soup as the bytes of a file, one function per format of the baker; text with all 17 digits
 
 std::string as_off(const Soup& soup);

@@ -17,6 +17,8 @@ struct Catch::StringMaker<haptic::Vec3> {
 
 namespace haptic::test {
 
+inline constexpr double kAlgebra = 1e-12;  // a few roundings of numbers near one
+
 /// Catch2 matcher: a vector within an absolute distance (scaled by HAPTIC_TOL_SCALE) of another.
 class IsNear : public Catch::MatcherBase<Vec3> {
  public:

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "proto/math/units.h"
 #include "proto/wire/renderer.h"
 #include "servo/solve/body/constrained6.h"
 #include "servo/solve/body/god_object6.h"
@@ -65,8 +66,6 @@ inline std::vector<Touch> random_touches(Random& random, double radius, double r
   }
   return touches;
 }
-
-inline constexpr double kDegree = 0.017453292519943295;
 
 /// Two rings of contacts around a peg of 5 mm.
 inline std::vector<Touch> wall_of_hole(double gap) {

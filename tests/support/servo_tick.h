@@ -4,12 +4,11 @@
 #include <initializer_list>
 #include <memory>
 
+#include "proto/math/units.h"
 #include "servo/step.h"
 #include "tests/support/near.h"
 
 namespace haptic::test {
-
-inline constexpr int64_t kMs = 1'000'000;
 
 inline Contact plane(const Vec3& normal_O, const Vec3& point_O, double extent = 0.02) {
   Contact c{};

@@ -3,10 +3,10 @@
 
 #include "clients/eval/scenes/workload.h"
 #include "clients/lab/scripted_hand.h"
+#include "proto/math/units.h"
 
 namespace haptic::test {
 
-inline constexpr double kPi = std::numbers::pi;
 using haptic::flat_slide;
 using haptic::plain_session;
 using haptic::ScriptedHand;

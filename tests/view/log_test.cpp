@@ -13,6 +13,7 @@
 #include "proto/ipc/eye_file.h"
 #include "proto/log/csv.h"
 #include "proto/log/log_eyes.h"
+#include "proto/math/units.h"
 #include "proto/os/message.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/view/layout_reader.h"
@@ -26,7 +27,6 @@ using test::LayoutReader;
 using test::Message;
 using Json = nlohmann::json;
 
-constexpr int64_t kMs = 1'000'000;
 constexpr uint64_t kFirst = 100;
 
 /// A frame that differs in each tick and column; ticks 600 to 699 touch, 900 has a fault.
@@ -90,7 +90,7 @@ const std::vector<LogColumn> kSession{
     {std::string(kSessionColumn), std::string(servo_topic(kFirstHand).name),
      std::string(contact_topic(kFirstHand).name), std::string(kSimTopic.name)}};
 
-std::string write_session(const std::string& folder, uint64_t ticks = 2000) {
+std::string write_log(const std::string& folder, uint64_t ticks = 2000) {
   const std::string path = folder + "/a.mcap";
   TraceWriter trace(path, {});
   write_ticks(trace, kFirst, kFirst + ticks, kSession);
@@ -171,7 +171,7 @@ TEST_CASE("view log: a page's slider plays, stops, steps and loops") {
 
 TEST_CASE("view log: pages begin at the tightest place, and the scene says where that is") {
   const test::TemporaryFolder folder;
-  const std::string path = write_session(folder.path());
+  const std::string path = write_log(folder.path());
   const std::string printed =
       R"({"objects": [{"name": "far"}, {"name": "a\u001b", "index": 1, "distance_m": 0.0012,
       "tick": 777, "t_s": 0.677, "tool_point_W": [1, 2, 3], "object_point_W": [4, 5, 6],
@@ -205,7 +205,7 @@ TEST_CASE("view log: pages begin at the tightest place, and the scene says where
 
 TEST_CASE("view log: frames of any tick have the numbers of the records") {
   const test::TemporaryFolder folder;
-  LogSource log(write_session(folder.path()));
+  LogSource log(write_log(folder.path()));
   CHECK(log.advance(1) == SourceNews::kArrived);
   const LayoutReader layout(layout_json());
   Viewer viewer = viewer_of(log), other = viewer_of(log);
@@ -266,7 +266,7 @@ TEST_CASE("view log: a comparison has a frame of each column, of one instant") {
 
 TEST_CASE("view log: marks are found, and a page goes to the next one") {
   const test::TemporaryFolder folder;
-  const std::string path = write_session(folder.path());
+  const std::string path = write_log(folder.path());
   LogSource log(path);
   log.advance(1);
   LogStudy study(path, {});
@@ -299,7 +299,7 @@ TEST_CASE("view log: marks are found, and a page goes to the next one") {
 
 TEST_CASE("view log: overview and table, against the frames that were written") {
   const test::TemporaryFolder folder;
-  const std::string path = write_session(folder.path());
+  const std::string path = write_log(folder.path());
   LogStudy study(path, {});
   while (study.advance().has_more) {
   }
@@ -417,7 +417,7 @@ TEST_CASE("view log: a browser plays a recording, and its pages move apart") {
   const test::TemporaryFolder folder;
   BridgeOptions options;
   options.token = "secret";
-  Bridge bridge(log_source(write_session(folder.path())), options);
+  Bridge bridge(log_source(write_log(folder.path())), options);
   std::atomic<bool> stop{false};
   std::thread thread([&] { bridge.run([&] { return stop.load(); }); });
   const uint16_t port = bridge.port();

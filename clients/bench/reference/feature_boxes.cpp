@@ -82,7 +82,7 @@ bool is_apart_along_normal(const SliceErrors& off, const Slice& s0, const Slice&
   return is_apart(range);
 }
 
-Look look_at(const FeaturePath& path, const Box& box) {
+Look look_at_features(const FeaturePath& path, const Box& box) {
   const Slice s0 = path.at(box.t0), s1 = path.at(box.t1);
   const double deviation = path.deviation(box.t1 - box.t0);
   SliceErrors off = path.errors();
@@ -150,7 +150,7 @@ struct BoxSearch {
 BoxSearch first_box(const FeaturePath& path, double from, double tolerance, uint32_t budget) {
   HAPTIC_ASSERT(path.begin() <= from && from <= path.end());
   const Box whole{from, path.end(), 0, 1, 0, 1};
-  const Look look = look_at(path, whole);
+  const Look look = look_at_features(path, whole);
   if (!look.may_meet) return {path.end(), false, false};
   Waiting waiting;
   waiting.push({whole, look});
@@ -164,7 +164,7 @@ BoxSearch first_box(const FeaturePath& path, double from, double tolerance, uint
     for (const Box& half : {box, later}) {
       if (path.is_triangle() && half.u0 + half.v0 > 1) continue;
       ++looked;
-      const Look at = look_at(path, half);
+      const Look at = look_at_features(path, half);
       if (at.may_meet) waiting.push({half, at});
     }
   }

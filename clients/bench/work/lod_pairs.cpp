@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "clients/bench/work/workload.h"
 #include "contact/shape/mesh/ball_joint.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/molars.h"
@@ -12,10 +13,6 @@ namespace haptic {
 namespace {
 
 constexpr double kPress = 0.1e-3;  // of the surfaces into each other, at most [m]
-
-double swing(double amplitude, double frequency, double t) {
-  return amplitude * std::sin(2 * std::numbers::pi * frequency * t);
-}
 
 /// From half of the depth to all of it [m].
 double press_at(double t) {

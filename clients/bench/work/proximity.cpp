@@ -3,23 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <random>
 #include <utility>
 
+#include "clients/bench/work/workload.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/shape/mesh/machine_parts.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kTick = 1e-3;  // [s]
-constexpr double kMm = 1e-3;
-
-double swing(double amplitude, double frequency, double t) {
-  return amplitude * std::sin(2 * kPi * frequency * t);
-}
 Quat about_x(double angle) {
   return from_rotation_vector({angle, 0, 0});
 }

@@ -4,17 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 #include "contact/query/point/segment_hit.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
-
-constexpr double kMm = 1e-3;
-constexpr double kTick = 1e-3;  // [s]
-constexpr double kPi = std::numbers::pi;
 
 /// splitmix64: the same numbers on every platform.
 class SplitMix {

@@ -7,8 +7,14 @@
 
 #include "contact/shape/baked/mesh_shape.h"
 #include "contact/shape/mesh/primitives.h"
+#include "proto/math/units.h"
 
 namespace haptic {
+
+/// amplitude·sin(2π·frequency·t)
+inline double swing(double amplitude, double frequency, double t) {
+  return amplitude * std::sin(2 * kPi * frequency * t);
+}
 
 /// How a path finds the surface: from all around towards the origin, or straight down.
 enum class SurfaceKind { kSphere, kHeightField };

@@ -8,12 +8,8 @@
 namespace haptic {
 namespace {
 
-constexpr int kOracleSweeps = 4000;         // limit of sweeps per tick
-constexpr long double kStandOff = 1e-12L;   // [m]; a sweep stops this far before a facet
-constexpr long double kStill = 1e-15L;      // [m]; a shorter step is no progress
-constexpr long double kEdgeSlack = 1e-16L;  // [m]; facets are this much larger: no cracks
-constexpr double kTouch = 1e-9;             // [m]; a facet this close is touched
-constexpr long double kWay = 1e-9L;         // [m]; a shorter way away from a vertex is rounding
+constexpr int kOracleSweeps = 4000;  // limit of sweeps per tick
+constexpr long double kWay = 1e-9L;  // [m]; a shorter way away from a vertex is rounding
 
 }  // namespace
 

@@ -9,7 +9,6 @@
 namespace haptic {
 namespace {
 
-constexpr double kTouch = 1e-9;           // [m]; a facet this close is touched
 constexpr long double kSameWay = 1e-12L;  // difference of unit normals that count as equal
 
 bool is_on_border(const TriangleMesh& mesh, const Feature& feature, uint32_t triangle) {

@@ -25,14 +25,14 @@ using Side = CGAL::Side_of_triangle_mesh<Mesh, Kernel>;
 constexpr std::array kLengths{1e-5, 1e-4, 3e-4, 1e-3, 3e-3};  // of the tried segments [m]
 constexpr double kFirst = 1e-9;  // skipped at the start of a segment: 10⁷ roundings at 0.1 m [m]
 
-Kernel::Point_3 to_cgal(const Vec3& p) {
+Kernel::Point_3 to_cgal_rest(const Vec3& p) {
   return {p.x, p.y, p.z};
 }
 
-Mesh to_cgal(const TriangleMesh& mesh) {
+Mesh to_cgal_rest(const TriangleMesh& mesh) {
   Mesh out;
   std::vector<Mesh::Vertex_index> vertices;
-  for (const Vec3& v : mesh.vertices) vertices.push_back(out.add_vertex(to_cgal(v)));
+  for (const Vec3& v : mesh.vertices) vertices.push_back(out.add_vertex(to_cgal_rest(v)));
   for (const auto& [a, b, c] : mesh.triangles) out.add_face(vertices[a], vertices[b], vertices[c]);
   return out;
 }
@@ -47,7 +47,9 @@ Vec3 any_direction(std::mt19937_64& random) {
 
 struct WayJudge::Tree {
   explicit Tree(const TriangleMesh& triangles)
-      : mesh(to_cgal(triangles)), tree(faces(mesh).begin(), faces(mesh).end(), mesh), side(tree) {}
+      : mesh(to_cgal_rest(triangles)),
+        tree(faces(mesh).begin(), faces(mesh).end(), mesh),
+        side(tree) {}
 
   Mesh mesh;
   AabbTree tree;
@@ -59,11 +61,11 @@ WayJudge::WayJudge(const TriangleMesh& mesh) : tree_(std::make_unique<Tree>(mesh
 WayJudge::~WayJudge() = default;
 
 bool WayJudge::holds(const Vec3& p_O) const {
-  return tree_->side(to_cgal(p_O)) != CGAL::ON_UNBOUNDED_SIDE;
+  return tree_->side(to_cgal_rest(p_O)) != CGAL::ON_UNBOUNDED_SIDE;
 }
 
 bool WayJudge::is_free(const Vec3& from_O, const Vec3& to_O) const {
-  return !tree_->tree.do_intersect(Kernel::Segment_3(to_cgal(from_O), to_cgal(to_O))) &&
+  return !tree_->tree.do_intersect(Kernel::Segment_3(to_cgal_rest(from_O), to_cgal_rest(to_O))) &&
          !holds(from_O);
 }
 

@@ -15,13 +15,10 @@ using Kind = Obstacle::Kind;
 constexpr int kSphereSweeps = 2000;         // limit of sweeps per tick
 constexpr size_t kMostStops = 24;           // obstacles met at one place; sound meshes have a few
 constexpr int kNewtonSteps = 20;            // limit; it converges in a few
-constexpr long double kStandOff = 1e-12L;   // [m]; a sweep stops this far before an obstacle
-constexpr long double kStill = 1e-15L;      // [m]; a shorter step is no progress
 constexpr long double kNearRest = 1e-6L;    // [m]; after a shorter step Newton's method is tried
 constexpr long double kLastRoll = 0.1L;     // of the radius; farther solutions are rejected
 constexpr long double kSolved = 1e-17L;     // [m]; convergence of Newton's method
 constexpr long double kRoomSlack = 1e-18L;  // [m]; rounding of distances
-constexpr long double kEdgeSlack = 1e-16L;  // [m]; faces are this much larger: no cracks
 constexpr double kBallSlack = 1e-9;         // [m]; rounding of bounding balls
 
 /// Vector to x from the nearest point of the obstacle's whole plane, line or point.

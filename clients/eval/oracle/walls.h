@@ -9,6 +9,11 @@
 
 namespace haptic {
 
+inline constexpr long double kStandOff = 1e-12L;   // [m]; a sweep stops this far before an obstacle
+inline constexpr long double kStill = 1e-15L;      // [m]; a shorter step is no progress
+inline constexpr long double kEdgeSlack = 1e-16L;  // [m]; facets are this much larger: no cracks
+inline constexpr double kTouch = 1e-9;             // [m]; a facet this close is touched
+
 /// Half-space n·y ≥ offset.
 struct Wall {
   Long3 normal;

@@ -2,18 +2,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <random>
 
 #include "clients/eval/scenes/free_scenes.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kFast = 2, kTurn = 10;  // [m/s], [rad/s]
 constexpr double kFarAway = 0.5;         // [m]
-constexpr double kMm = 1e-3;
 
 Vec3 direction(std::mt19937_64& random) {
   std::normal_distribution<double> normal;

@@ -2,19 +2,17 @@
 #include "clients/eval/scenes/free_scenes.h"
 
 #include <cmath>
-#include <numbers>
 #include <random>
 
 #include "clients/lab/scripted_hand.h"
 #include "contact/bake/convex/piece_tree.h"
 #include "contact/bake/volume.h"
 #include "contact/shape/mesh/machine_parts.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kMm = 1e-3;
-constexpr double kPi = std::numbers::pi;
 constexpr PartGrid kHoleGrid{48, 4}, kPegGrid{24, 2};
 
 /// Owns the data behind the views of a scene.

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <random>
 #include <stdexcept>
 
@@ -13,12 +12,12 @@
 #include "clients/lab/shaking_hand.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "proto/math/motion_metric.h"
+#include "proto/math/units.h"
 #include "sim/scene.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kMm = 1e-3, kPi = std::numbers::pi;
 constexpr double kSampled = 1e-3;  // sampling interval of the free way [s]
 constexpr int kMostDraws = 50;     // before the generator counts as broken
 

@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "contact/shape/mesh/machine_parts.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kDegrees = 180 / kPi;
 constexpr double kTipRadius = 4e-3, kConeHeight = 20e-3;                // [m]
 constexpr double kCylinderRadius = 20e-3;                               // [m]

@@ -8,16 +8,15 @@
 #include <vector>
 
 #include "clients/eval/scenes/scan_work.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kTick = 1e-3;  // [s]
-
 /// Random numbers that are equal on each run.
-class Dice {
+class RestDice {
  public:
-  explicit Dice(uint64_t seed) : engine_(seed) {}
+  explicit RestDice(uint64_t seed) : engine_(seed) {}
   double between(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(engine_);
   }
@@ -62,7 +61,7 @@ class Way {
 };
 
 /// Approaches the sphere of `radius` from outside and then wanders on it at `speed`.
-void follow_surface(Way& way, Dice& dice, double radius, double speed) {
+void follow_surface(Way& way, RestDice& dice, double radius, double speed) {
   Vec3 u = normalized(way.positions().back());
   way.reach(radius * u, 0.1);
   while (!way.ends()) {
@@ -71,7 +70,7 @@ void follow_surface(Way& way, Dice& dice, double radius, double speed) {
   }
 }
 
-std::vector<Vec3> tremble(std::vector<Vec3> positions, Dice& dice) {
+std::vector<Vec3> tremble(std::vector<Vec3> positions, RestDice& dice) {
   constexpr double kAmplitude = 1e-3, kRate = 2 * std::numbers::pi * 10;  // [m], [rad/s]
   const Vec3 a = dice.direction(), b = dice.direction();
   for (size_t k = 0; k < positions.size(); ++k) {
@@ -89,14 +88,14 @@ std::string name_of(RestHand hand) {
 }
 
 Soup make_spiky_sphere(uint32_t f, double roughness, uint64_t seed) {
-  Dice dice(seed);
+  RestDice dice(seed);
   Soup soup = make_geodesic(f);
   for (Vec3& v : soup.vertices) v = kRestRadius * dice.between(1 - roughness, 1 + roughness) * v;
   return soup;
 }
 
 ToolPath rest_path(RestHand hand, double surface, uint64_t ticks, uint64_t seed) {
-  Dice dice(seed);
+  RestDice dice(seed);
   Way way(2 * surface * dice.direction(), ticks);
   const auto inside = [&] { return dice.between(0.3, 1.0) * surface * dice.direction(); };
   if (hand == RestHand::kCreep) follow_surface(way, dice, surface - 2e-3, 5e-3);

@@ -7,13 +7,13 @@
 #include "clients/eval/scenes/scan_work.h"
 #include "contact/query/proximity/triangle_pairs.h"
 #include "contact/shape/mesh/machine_parts.h"
+#include "proto/math/units.h"
 #include "proto/os/environment.h"
 #include "proto/os/source_tree.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kMm = 1e-3;
 constexpr PartGrid kGrid{96, 16};
 
 /// Height above the object from which the tool is free of it.

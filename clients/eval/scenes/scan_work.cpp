@@ -7,11 +7,11 @@
 
 #include "contact/query/point/segment_hit.h"
 #include "proto/config/config.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kTick = 1e-3;           // [s]
 constexpr double kWayPerTick = 0.13e-3;  // top speed of the slides, 0.13 m/s [m]
 
 }  // namespace

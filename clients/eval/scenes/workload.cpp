@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/eval/scenes/workload.h"
+#include "proto/math/units.h"
 
 #include <array>
 #include <charconv>
@@ -8,10 +9,9 @@
 namespace haptic {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kFieldHalf = 0.1;     // [m]
-constexpr double kSphereRadius = 0.1;  // [m]
-constexpr uint32_t kFinest = 1500;     // 4.5 or 45 million triangles
+constexpr double kFieldHalf = 0.1;       // [m]
+constexpr double kWorkloadRadius = 0.1;  // [m]
+constexpr uint32_t kFinest = 1500;       // 4.5 or 45 million triangles
 
 struct FieldWave {
   double amplitude, kx, ky, phase;  // [m], [rad/m], [rad]
@@ -54,7 +54,7 @@ double field_height(double x, double y) {
 double bumpy_radius(const Vec3& u) {
   double sum = 1;
   for (const SphereWave& w : kSphere) sum += w.share * std::sin(dot(w.k, u) + w.phase);
-  return kSphereRadius * sum;
+  return kWorkloadRadius * sum;
 }
 
 Soup make_height_field(uint32_t n) {

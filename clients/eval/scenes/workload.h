@@ -7,6 +7,7 @@
 #include <string>
 
 #include "contact/shape/mesh/primitives.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 
@@ -39,7 +40,6 @@ inline double workload_depth(double t) {
 
 /// The tool over the plane z = 0, at workload_depth below it; up to 0.13 m/s.
 inline Vec3 flat_slide(double t) {
-  constexpr double kPi = std::numbers::pi;
   return {0.075 * std::sin(2 * kPi * 0.23 * t), 0.075 * std::sin(2 * kPi * 0.17 * t + 0.9),
           -workload_depth(t)};
 }

@@ -45,6 +45,11 @@ struct WebAnswer {
   std::function<void(std::function<void(WebAnswer)> send)> later = {};
 };
 
+/// One line of text.
+inline WebAnswer text_answer(unsigned status, const std::string& text) {
+  return {status, "text/plain; charset=utf-8", shared_text(text + "\n")};
+}
+
 /// The answer to the wish for a WebSocket: its sub-protocol, or why there is none.
 struct UpgradeAnswer {
   std::string protocol;  // empty: refused

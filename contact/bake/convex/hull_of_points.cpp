@@ -28,7 +28,7 @@ constexpr double kThin = 1e-7;   // of a body whose sides would be slivers
 constexpr double kLine = 1e-14;  // height of a triangle that has no plane: rounding alone
 constexpr uint32_t kNone = ~0u;
 
-double extent_of(std::span<const Vec3> points) {
+double extent_of_points(std::span<const Vec3> points) {
   Vec3 lower = points[0], upper = points[0];
   for (const Vec3& p : points) {
     if (!is_finite(p)) throw InputError("convex hull: a point is not finite; repair the mesh");
@@ -156,9 +156,9 @@ std::vector<Corners> neighbours_of(const std::vector<Corners>& triangles) {
 
 /// A number of its polygon for each triangle: from the largest on, with all around it that lie in
 /// its plane and face the same way, so that slivers join what they lie in.
-std::vector<uint32_t> polygons_of(std::span<const Vec3> points,
-                                  const std::vector<Corners>& triangles,
-                                  const std::vector<Corners>& neighbours, double tolerance) {
+std::vector<uint32_t> hull_polygons(std::span<const Vec3> points,
+                                    const std::vector<Corners>& triangles,
+                                    const std::vector<Corners>& neighbours, double tolerance) {
   std::vector<Vec3> normals;
   for (const auto& [a, b, c] : triangles) {
     normals.push_back(cross(points[b] - points[a], points[c] - points[a]));
@@ -236,7 +236,7 @@ std::optional<PointsHull> merged(std::span<const Vec3> points,
 
 PointsHull hull_of_points(std::span<const Vec3> points) {
   if (points.size() < 3) throw InputError("convex hull: three points are needed; give more");
-  const double extent = extent_of(points);
+  const double extent = extent_of_points(points);
   const Vec3 normal = wide_normal(points, extent);
   const auto along = [&](const Vec3& p) { return dot(normal, p - points[0]); };
   const auto [low, high] =
@@ -247,7 +247,7 @@ PointsHull hull_of_points(std::span<const Vec3> points) {
   const std::vector<Corners> triangles = hull_triangles(points);
   const std::vector<Corners> neighbours = neighbours_of(triangles);
   auto hull = merged(points, triangles, neighbours,
-                     polygons_of(points, triangles, neighbours, kFlat * extent));
+                     hull_polygons(points, triangles, neighbours, kFlat * extent));
   if (hull) return std::move(*hull);
   // a shape at the limit of the tolerance: its triangles as they are
   std::vector<uint32_t> alone(triangles.size());

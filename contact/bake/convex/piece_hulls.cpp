@@ -27,12 +27,12 @@ void for_faces_around(const Hull& hull, uint32_t vertex, F&& f) {
 }
 
 /// By how much the corners of a triangle lie off the plane of a face: least and most [m].
-struct Reach {
+struct HullReach {
   double least, most;
 };
 
-Reach reach_above(const HullFace& face, const std::array<Vec3, 3>& triangle) {
-  Reach reach{std::numeric_limits<double>::max(), std::numeric_limits<double>::lowest()};
+HullReach reach_above(const HullFace& face, const std::array<Vec3, 3>& triangle) {
+  HullReach reach{std::numeric_limits<double>::max(), std::numeric_limits<double>::lowest()};
   for (const Vec3& p : triangle) {
     const double above = dot(face.normal, p) - face.offset;
     reach = {std::min(reach.least, above), std::max(reach.most, above)};
@@ -73,7 +73,7 @@ void label_faces(HullData& data, std::span<const std::array<Vec3, 3>> triangles,
     uint32_t best = 0;
     double closest = std::numeric_limits<double>::max();
     for_faces_around(hull, start, [&](uint32_t f) {
-      const Reach reach = reach_above(hull.faces[f], triangles[i]);
+      const HullReach reach = reach_above(hull.faces[f], triangles[i]);
       const double off = std::max(reach.most, -reach.least);
       // of the two sides of a flat piece, that which looks where the triangle does
       if (off < closest && dot(hull.faces[f].normal, normal) > 0) best = f, closest = off;
@@ -113,7 +113,7 @@ double off_hull(const Hull& hull, const std::array<Vec3, 3>& triangle, const Vec
   double depth = std::numeric_limits<double>::max();
   bool is_inside = true;
   const auto ask = [&](const HullFace& face) {
-    const Reach reach = reach_above(face, triangle);
+    const HullReach reach = reach_above(face, triangle);
     depth = std::min(depth, -reach.least);
     is_inside = is_inside && reach.most <= 0;
   };

@@ -142,7 +142,7 @@ Box box_around(const std::vector<Vec3>& points) {
 }
 
 /// Pairs of pieces that share an edge of the mesh.
-PiecePairs neighbours_of(const TriangleMesh& mesh, const std::vector<uint32_t>& piece_of) {
+PiecePairs piece_neighbours(const TriangleMesh& mesh, const std::vector<uint32_t>& piece_of) {
   PiecePairs pairs;
   for (const auto& [left, right] : mesh.edge_faces) {
     if (right == kNoFace || piece_of[left] == piece_of[right]) continue;
@@ -244,7 +244,7 @@ void measure_deviations(Building& b, size_t first) {
   for (size_t place = 0; place < b.alive.size(); ++place) {
     around[place].pieces.push_back(&b.built[b.alive[place]]);
   }
-  for (const auto& [one, other] : neighbours_of(b.mesh, places_of_triangles(b))) {
+  for (const auto& [one, other] : piece_neighbours(b.mesh, places_of_triangles(b))) {
     around[one].pieces.push_back(&b.built[b.alive[other]]);
     around[other].pieces.push_back(&b.built[b.alive[one]]);
   }
@@ -289,7 +289,7 @@ void add_hulls(Building& b) {
   for (const uint32_t node : b.alive) boxes.push_back(box_around(b.built[node].hull.vertices));
   std::vector<uint32_t> next;
   for (const std::vector<uint32_t>& group : group_pieces(
-           boxes, neighbours_of(b.mesh, places_of_triangles(b)), (b.alive.size() + 1) / 2)) {
+           boxes, piece_neighbours(b.mesh, places_of_triangles(b)), (b.alive.size() + 1) / 2)) {
     next.push_back(b.alive[group[0]]);
     if (group.size() == 1) continue;
     std::vector<uint32_t> children;

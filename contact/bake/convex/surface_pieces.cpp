@@ -20,7 +20,7 @@ constexpr uint32_t kNoPieceYet = ~0u;
 constexpr double kThickness = 1e-3, kShareOfSolid = 0.4;
 // enough for a machine part that is convex; a finer ball is several pieces, each of which costs the
 // square of its triangles
-constexpr size_t kMostPieceTriangles = 4096;
+constexpr size_t kMostTrianglesOfPiece = 4096;
 constexpr double kFlat = 1e-9;  // 1 − cosine of the angle between triangles that count as coplanar
 constexpr double kStraight = 1e-6;  // beyond π: the angle of a corner that is a notch [rad]
 
@@ -106,7 +106,7 @@ class Decomposition {
       }
     };
     offer(seed);
-    while (!waiting.empty() && result_.triangles.back().size() < kMostPieceTriangles) {
+    while (!waiting.empty() && result_.triangles.back().size() < kMostTrianglesOfPiece) {
       const uint32_t t = waiting.front();
       waiting.pop_front();
       if (result_.piece_of[t] != kNoPieceYet || !may_join(t)) continue;

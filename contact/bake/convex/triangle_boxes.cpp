@@ -8,7 +8,7 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kLeafTriangles = 4;
+constexpr size_t kBoxTriangles = 4;
 constexpr size_t kMostDepth = 40;  // halving 2^32 triangles ends before
 
 /// Fills in node i of the triangles [first, end) of the order, and those below it.
@@ -25,7 +25,7 @@ void build_node(TriangleBoxes& tree, size_t i, uint32_t first, uint32_t end) {
   tree.nodes[i] = box;
   tree.first_of[2 * i] = first;
   tree.first_of[2 * i + 1] = end;
-  if (end - first <= kLeafTriangles) return;
+  if (end - first <= kBoxTriangles) return;
   const Vec3 side = box.upper - box.lower;
   const int axis = side.x >= side.y && side.x >= side.z ? 0 : side.y >= side.z ? 1 : 2;
   const uint32_t middle = first + (end - first) / 2;
@@ -68,7 +68,7 @@ bool any_near(const TriangleBoxes& tree, const Box& box, const std::function<boo
     const size_t i = waiting[--n];
     if (!tree.nodes[i].overlaps(box)) continue;
     const uint32_t first = tree.first_of[2 * i], end = tree.first_of[2 * i + 1];
-    if (end - first > kLeafTriangles) {
+    if (end - first > kBoxTriangles) {
       waiting[n++] = 2 * i + 2;
       waiting[n++] = 2 * i + 1;
       continue;

@@ -173,7 +173,7 @@ void check_borders(const Mesh& mesh, bool allow_open, BakeReport& report) {
 }
 
 /// The three corners of each face, from the source of its first half-edge.
-std::vector<std::array<Mesh::Vertex_index, 3>> corners_of(const Mesh& mesh) {
+std::vector<std::array<Mesh::Vertex_index, 3>> face_corners(const Mesh& mesh) {
   std::vector<std::array<Mesh::Vertex_index, 3>> corners;
   for (const auto f : mesh.faces()) {
     const auto h = mesh.halfedge(f);
@@ -209,14 +209,14 @@ void turn_parts_outward(Mesh& mesh) {
 
 void turn_outward(Mesh& mesh, BakeReport& report) {
   if (!report.closed) return;
-  const auto before = corners_of(mesh);
+  const auto before = face_corners(mesh);
   // cavities stay cavities, if the nesting of parts is well defined
   if (report.self_intersections == 0) {
     pmp::orient_to_bound_a_volume(mesh);
   } else {
     turn_parts_outward(mesh);
   }
-  const auto after = corners_of(mesh);
+  const auto after = face_corners(mesh);
   size_t turned = 0;
   for (size_t f = 0; f < before.size(); ++f) {
     const auto& now = after[f];

@@ -32,10 +32,10 @@ constexpr double kWorthwhile = 0.1;  // least actual/predicted decrease (trust-r
 constexpr double kTrustHit = 2;      // after a hit: trust radius = 2 × free path
 constexpr double kTrustFree = 4;     // after a free move: trust radius × 4
 constexpr double kLeastTrust = 16;   // least trust radius, in margins
-constexpr int kLeastBand = 2;       // smallest band, 2^2 margins: active contacts are at one margin
-constexpr size_t kMostPairs = 800;  // near pairs; with more the band shrinks
-constexpr size_t kFewPairs = 100;   // near pairs; with at most so many the band may grow
-constexpr size_t kMostRows = 128;   // of each object, in one move
+constexpr int kLeastBand = 2;  // smallest band, 2^2 margins: active contacts are at one margin
+constexpr size_t kMostNearPairs = 800;  // near pairs; with more the band shrinks
+constexpr size_t kFewPairs = 100;       // near pairs; with at most so many the band may grow
+constexpr size_t kMostRows = 128;       // of each object, in one move
 // merges over shorter distances than the default, since 64 contacts are for the whole tool
 constexpr NearContactOptions kThinned{.place = 0.01};
 constexpr int kMostStepsBehind = 20;  // 20 ms at 1 kHz, as long as a scene is extrapolated
@@ -161,7 +161,7 @@ void GodObject6::look_around() {
   HAPTIC_ASSERT(band_ >= 0 && band_ <= kMostBand);
   for (;; --band_) {
     for (Obstacle& o : obstacles_) o.near = o.front.update(o.X_OG, band());
-    if (n_near() <= kMostPairs || band_ <= kLeastBand) return;
+    if (n_near() <= kMostNearPairs || band_ <= kLeastBand) return;
   }
 }
 
@@ -286,7 +286,7 @@ double GodObject6::advance(const Twist& motion) {
   const FreePart free = free_part(to_W);
   if (free.time == 1) {
     stand_at(to_W);
-    if (!free.are_fronts_there || (n_near() > kMostPairs && band_ > kLeastBand)) look_around();
+    if (!free.are_fronts_there || (n_near() > kMostNearPairs && band_ > kLeastBand)) look_around();
     return 1;
   }
   const double time = std::max(free.time - kStop * options_.margin / length_of(motion), 0.0);

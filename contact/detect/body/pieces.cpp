@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kClustersAnObject = 16;
+constexpr size_t kClustersOfPieces = 16;
 
 /// The speed at which surfaces of tool and object slide, at most [m/s].
 double sliding_speed(const PieceQuestion& question, uint32_t object) {
@@ -70,7 +70,7 @@ void detect_pieces(const PieceModel& model, const RefineOptions& refine, const P
     const auto pushes = pushes_on(model, refine, state, question, object, set);
     const Pose& X_WO = question.X_WO[object];
     const Pose X_OT = inverse(X_WO) * question.X_WT;
-    std::array<PushCluster, kClustersAnObject> clusters;
+    std::array<PushCluster, kClustersOfPieces> clusters;
     // the rest of the room is shared by the remaining objects
     const size_t left = (kMaxContacts - set.n_contacts) / (meshes.objects.size() - object);
     const size_t room = std::min(clusters.size(), left);

@@ -19,8 +19,8 @@ Pose led_to(const RigidToolModel& model, const ServoFrame& servo) {
   return by_servo ? servo.X_WP : servo.X_WT;
 }
 
-PlanePatch reach_of(const NearContact& at, const TriangleMesh& object, const TriangleMesh& tool,
-                    const Pose& X_TO) {
+PlanePatch tool_reach(const NearContact& at, const TriangleMesh& object, const TriangleMesh& tool,
+                      const Pose& X_TO) {
   const FeaturePair features = features_of(at.feature);
   return contact_reach(
       {object, at.triangles.a, features.a, at.point_a, at.normal_A},
@@ -40,7 +40,8 @@ Contact contact_of(const GodObjectContact& contact, const RigidToolModel& model,
   c.shading_normal_O = crease_cosine < 1 ? shading_normal(model.objects[contact.object].mesh,
                                                           at.triangles.a, at.point_a, crease_cosine)
                                          : at.normal_A;
-  const PlanePatch reach = reach_of(at, model.objects[contact.object].mesh, model.tool.mesh, X_TO);
+  const PlanePatch reach =
+      tool_reach(at, model.objects[contact.object].mesh, model.tool.mesh, X_TO);
   c.extent = reach.extent;
   c.curvature = reach.curvature;
   c.object = c.material = contact.object;

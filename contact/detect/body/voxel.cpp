@@ -44,9 +44,9 @@ ClusterOptions cluster_options(const VoxelModel& model, const VoxelQuestion& que
 }
 
 /// The points of one object that touch or approach, in its frame.
-std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
-                                     const VoxelQuestion& question, uint32_t object,
-                                     ContactSet& set) {
+std::span<const PointPush> shell_pushes_on(const VoxelModel& model, VoxelState& state,
+                                           const VoxelQuestion& question, uint32_t object,
+                                           ContactSet& set) {
   HAPTIC_ASSERT(object < model.objects.size() && state.coherence.size() == model.objects.size());
   const VoxelObject& shape = model.objects[object];
   const Pose X_OT = inverse(question.X_WO[object]) * question.X_WT;
@@ -215,7 +215,7 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestio
   // force, or if nothing is pressed, damping
   std::pair hardest{0.0, 0.0};
   for (uint32_t object = 0; object < model.objects.size(); ++object) {
-    const auto pushes = pushes_on(model, state, question, object, set);
+    const auto pushes = shell_pushes_on(model, state, question, object, set);
     std::array<PushCluster, kMaxContacts> clusters;
     // the rest of the room is shared by the remaining objects; if clusters had to mix normals for
     // lack of room, a solver that uses clusters alone would lose their torque

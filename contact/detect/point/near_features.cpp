@@ -8,8 +8,6 @@
 namespace haptic {
 namespace {
 
-constexpr double kOnSurface = 1e-12;  // [m]; below, the direction to the point is rounding noise
-
 /// Number of triangles that must agree before a feature counts as a local minimum.
 size_t ring_size(const TriangleMesh& mesh, const Feature& feature) {
   HAPTIC_ASSERT(feature.kind != FeatureKind::kEdge || feature.index < mesh.edge_faces.size());

@@ -9,8 +9,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kOnSurface = 1e-12;  // [m]; below, the direction to the point is rounding noise
-constexpr double kRimCosine = 0.5;    // least cosine to an open surface's normal; else past its rim
+constexpr double kRimCosine = 0.5;  // least cosine to an open surface's normal; else past its rim
 
 }  // namespace
 

@@ -29,7 +29,7 @@ constexpr int kSettlingRounds = 3;  // iterations of tangent planes in settle()
 constexpr double kClearance = 0.5;  // of epsilon: nearer to a facet counts as blocked
 constexpr double kAroundVertex = 1e3;  // of epsilon: distance at which it goes around a vertex, ten
                                        // times that at which two walls at half a degree hold it off
-constexpr double kLeastReach = 4;      // least progress beyond a vertex, in distances kAroundVertex
+constexpr double kLeastProgress = 4;   // least progress beyond a vertex, in distances kAroundVertex
 constexpr int kMaxLeaves = 8;          // vertices left per step; rarely more than one
 constexpr double kBeside = 4;          // of epsilon: search radius; the proxy stands off by one
 
@@ -399,7 +399,8 @@ class Slide {
     const VertexFan fan(mesh, plane.triangle, corner);
     const Vec3 goal_O = inverse(X_WO) * tool_W_ - vertex_O;
     WayFromVertex way = fan.steepest(goal_O);
-    for (; way.found && way.reach > kLeastReach * around; way = fan.steepest(goal_O, way.reach)) {
+    for (; way.found && way.reach > kLeastProgress * around;
+         way = fan.steepest(goal_O, way.reach)) {
       if (!goes_around(fan, way, X_WO)) continue;
       left_ = Left{g_W_, leg_, goal_};
       ++leaves_;

@@ -36,18 +36,6 @@ Vec3 centre_of(const CompactObb& box) {
   return {box.centre_O[0], box.centre_O[1], box.centre_O[2]};
 }
 
-/// A box as vectors; the fourth lane is unused.
-struct BoxLanes {
-  Lanes columns[3], half;
-
-  explicit BoxLanes(const CompactObb& box) {
-    const auto* bytes = reinterpret_cast<const char*>(&box);
-    static_assert(offsetof(CompactObb, half) == 9 * sizeof(float));
-    for (int k = 0; k < 3; ++k) columns[k] = load_lanes<Lanes>(bytes + 3 * sizeof(float) * k);
-    half = load_lanes<Lanes>(bytes + offsetof(CompactObb, half));
-  }
-};
-
 /// v[1], v[2], v[0] and v[2], v[0], v[1].
 Lanes next(Lanes v) {
   return __builtin_shufflevector(v, v, 1, 2, 0, 3);
@@ -70,6 +58,18 @@ Lanes gap2_across(Lanes t, Lanes h, Lanes g, const Lanes* rows) {
 }
 
 }  // namespace
+
+/// A box as vectors; the fourth lane is unused.
+struct BoxLanes {
+  Lanes columns[3], half;
+
+  explicit BoxLanes(const CompactObb& box) {
+    const auto* bytes = reinterpret_cast<const char*>(&box);
+    static_assert(offsetof(CompactObb, half) == 9 * sizeof(float));
+    for (int k = 0; k < 3; ++k) columns[k] = load_lanes<Lanes>(bytes + 3 * sizeof(float) * k);
+    half = load_lanes<Lanes>(bytes + offsetof(CompactObb, half));
+  }
+};
 
 BoxDistance::BoxDistance(const Pose& X_AB)
     : R_AB_(to_matrix(X_AB.q)), p_AB_(X_AB.p), rounding_(kRounding * norm(X_AB.p)) {

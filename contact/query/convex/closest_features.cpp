@@ -36,9 +36,9 @@ struct Near {
 enum class Step { kNearer, kNearest, kOverlap };
 
 /// Walks over the features of both hulls, side 0 and 1, all in A.
-class Walk {
+class FeatureWalk {
  public:
-  explicit Walk(const HullPair& pair) : pair_(pair) {}
+  explicit FeatureWalk(const HullPair& pair) : pair_(pair) {}
 
   Near between(HullFeature a, HullFeature b) const;
   Step step(Near& at) const;
@@ -69,15 +69,15 @@ class Walk {
   const HullPair& pair_;
 };
 
-Near Walk::ordered(int side, const HullFeature& mine, const Vec3& point, const HullFeature& theirs,
-                   const Vec3& other) const {
+Near FeatureWalk::ordered(int side, const HullFeature& mine, const Vec3& point,
+                          const HullFeature& theirs, const Vec3& other) const {
   const double distance2 = norm_squared(point - other);
   if (side == 0) return {{mine, theirs}, {point, other}, distance2};
   return {{theirs, mine}, {other, point}, distance2};
 }
 
 /// An edge of one side against a vertex of the other; at an end it is the vertex there.
-Near Walk::edge_vertex(int side, uint32_t e, uint32_t other) const {
+Near FeatureWalk::edge_vertex(int side, uint32_t e, uint32_t other) const {
   const uint32_t first = hull(side).edges[e].from, last = end(side, e);
   const Vec3 p = position(side, first), way = position(side, last) - p;
   const Vec3 q = position(1 - side, other);
@@ -87,7 +87,7 @@ Near Walk::edge_vertex(int side, uint32_t e, uint32_t other) const {
   return ordered(side, edge(e), p + t * way, vertex(other), q);
 }
 
-Near Walk::edge_edge(uint32_t a, uint32_t b) const {
+Near FeatureWalk::edge_edge(uint32_t a, uint32_t b) const {
   const Vec3 p = position(0, pair_.a.edges[a].from), way_a = position(0, end(0, a)) - p;
   const Vec3 q = position(1, pair_.b.edges[b].from), way_b = position(1, end(1, b)) - q;
   const double aa = norm_squared(way_a), bb = norm_squared(way_b), ab = dot(way_a, way_b);
@@ -111,7 +111,7 @@ Near Walk::edge_edge(uint32_t a, uint32_t b) const {
 
 /// The foot of p in the plane of a face, and its height above; false where the foot is beyond an
 /// edge of the face.
-bool Walk::foot(int side, uint32_t f, const Vec3& p, Vec3& foot, double& height) const {
+bool FeatureWalk::foot(int side, uint32_t f, const Vec3& p, Vec3& foot, double& height) const {
   const HullFace& at = hull(side).faces[f];
   const Vec3 n = normal(side, f);
   height = dot(n, p - position(side, hull(side).edges[at.first_edge].from));
@@ -124,7 +124,7 @@ bool Walk::foot(int side, uint32_t f, const Vec3& p, Vec3& foot, double& height)
   return true;
 }
 
-Near Walk::feature_vertex(int side, const HullFeature& feature, uint32_t other) const {
+Near FeatureWalk::feature_vertex(int side, const HullFeature& feature, uint32_t other) const {
   const Vec3 q = position(1 - side, other);
   if (feature.kind == HullPart::kVertex) {
     return ordered(side, feature, position(side, feature.index), vertex(other), q);
@@ -144,7 +144,7 @@ Near Walk::feature_vertex(int side, const HullFeature& feature, uint32_t other) 
   return best;
 }
 
-Near Walk::between(HullFeature a, HullFeature b) const {
+Near FeatureWalk::between(HullFeature a, HullFeature b) const {
   if (a.kind == HullPart::kEdge && b.kind == HullPart::kEdge) {
     return edge_edge(a.index, b.index);
   }
@@ -155,7 +155,7 @@ Near Walk::between(HullFeature a, HullFeature b) const {
 
 /// The feature around this one that leads nearer along the way to the other hull; the same where
 /// none does.
-HullFeature Walk::larger(int side, const HullFeature& feature, const Vec3& way_A) const {
+HullFeature FeatureWalk::larger(int side, const HullFeature& feature, const Vec3& way_A) const {
   const Hull& h = hull(side);
   const Vec3 way = side == 0 ? way_A : transpose(pair_.R_AB) * way_A;
   const double way2 = norm_squared(way);
@@ -186,7 +186,7 @@ HullFeature Walk::larger(int side, const HullFeature& feature, const Vec3& way_A
 }
 
 /// A face of one side and an edge of the other: at an end of the edge, or at an edge of the face.
-Step Walk::face_edge(int side, uint32_t f, uint32_t e, Near& at) const {
+Step FeatureWalk::face_edge(int side, uint32_t f, uint32_t e, Near& at) const {
   const HullFace& polygon = hull(side).faces[f];
   const std::array<uint32_t, 2> ends{hull(1 - side).edges[e].from, end(1 - side, e)};
   std::array<double, 2> height{};
@@ -215,7 +215,7 @@ Step Walk::face_edge(int side, uint32_t f, uint32_t e, Near& at) const {
 }
 
 /// From the foot of a vertex that is behind a face, through the hull towards the vertex.
-Step Walk::through(int side, const Vec3& way_A, Near& at) const {
+Step FeatureWalk::through(int side, const Vec3& way_A, Near& at) const {
   const Hull& h = hull(side);
   const auto mine = static_cast<size_t>(side);
   const Mat3 R_BA = transpose(pair_.R_AB);
@@ -234,7 +234,7 @@ Step Walk::through(int side, const Vec3& way_A, Near& at) const {
   return Step::kNearer;
 }
 
-Step Walk::step(Near& at) const {
+Step FeatureWalk::step(Near& at) const {
   for (const int side : {0, 1}) {
     const auto mine = static_cast<size_t>(side), other = 1 - mine;
     const Vec3 way = at.point[other] - at.point[mine];
@@ -269,7 +269,7 @@ Vec3 normal_of(const HullPair& pair, const Near& at, const Vec3& last_A) {
 }
 
 /// Walks to the end; false where the steps run out.
-bool finish(const HullPair& pair, const Walk& walk, Near at, const Vec3& last_A,
+bool finish(const HullPair& pair, const FeatureWalk& walk, Near at, const Vec3& last_A,
             ClosestFeatures& out) {
   const double size = norm(pair.p_AB) + norm(at.point[0]) + norm(at.point[1]);
   Step step = Step::kNearer;
@@ -296,7 +296,7 @@ bool finish(const HullPair& pair, const Walk& walk, Near at, const Vec3& last_A,
 }  // namespace
 
 ClosestFeatures closest_features(const HullPair& pair, ConvexPairState& state) {
-  const Walk walk(pair);
+  const FeatureWalk walk(pair);
   ClosestFeatures out;
   HullFeature a = state.feature_a, b = state.feature_b;
   if (!is_feature(pair.a, a) || !is_feature(pair.b, b)) state = {}, a = b = {};

@@ -12,7 +12,7 @@ constexpr size_t kMaxCorners = 200;            // of the polytope: each expansio
 constexpr size_t kMaxFaces = 2 * kMaxCorners;  // of those alive at once: 2 V − 4
 constexpr double kSettled = 1e-12;  // gain of an expansion, in shares of the size, that is rounding
 
-struct Corner {
+struct DifferenceCorner {
   Vec3 p_A;  // of A ⊕ (−B)
   uint32_t a, b;
 };
@@ -46,7 +46,7 @@ class Polytope {
 
   const HullPair& pair_;
   GaussOverlay overlay_;
-  std::array<Corner, kMaxCorners> corners_;
+  std::array<DifferenceCorner, kMaxCorners> corners_;
   std::array<Face, kMaxFaces> faces_;
   std::array<uint16_t, kMaxFaces> free_;
   std::array<Rim, kMaxFaces> rim_;
@@ -59,7 +59,7 @@ class Polytope {
 /// Adds the support of a direction, which also bounds the depth.
 uint16_t Polytope::add_corner(const Vec3& direction) {
   const Vec3 unit = normalized(direction);
-  Corner& corner = corners_[n_corners_];
+  DifferenceCorner& corner = corners_[n_corners_];
   corner.a = n_corners_ > 0 ? corners_[n_corners_ - 1].a : 0;
   corner.b = n_corners_ > 0 ? corners_[n_corners_ - 1].b : 0;
   const double reach = overlay_.support(unit, corner.a, corner.b);

@@ -22,7 +22,7 @@ Vec3 centroid_of(const Hull& hull) {
 }
 
 /// The starts of one query, and the best of what they found.
-struct Search {
+struct DepthSearch {
   const HullPair& pair;
   GaussOverlay overlay;
   OverlayDescent descent;
@@ -30,7 +30,7 @@ struct Search {
   bool has_best = false, suspect = false;
   int n_steps = 0;
 
-  explicit Search(const HullPair& hulls) : pair(hulls), overlay(hulls), descent(overlay) {}
+  explicit DepthSearch(const HullPair& hulls) : pair(hulls), overlay(hulls), descent(overlay) {}
 
   void from(const OverlayVertex& start) {
     suspect |= !descent.run(start);
@@ -54,7 +54,7 @@ struct Search {
 };
 
 /// The answer of the last query in this one's pose, or of its normal.
-void start_from_last(Search& search, const ConvexPairState& state) {
+void start_from_last(DepthSearch& search, const ConvexPairState& state) {
   OverlayVertex start;
   if (state.overlapping != 0 && search.overlay.at(state.feature_a, state.feature_b, start)) {
     search.from(start);
@@ -65,7 +65,7 @@ void start_from_last(Search& search, const ConvexPairState& state) {
 }
 
 /// The exact minimum, and the features of it.
-void fall_back(Search& search, PenetrationDepth& out) {
+void fall_back(DepthSearch& search, PenetrationDepth& out) {
   const PolytopeDepth polytope = expand_polytope(search.pair);
   out.fell_back = true;
   out.exact = polytope.exact;
@@ -77,7 +77,7 @@ void fall_back(Search& search, PenetrationDepth& out) {
 PenetrationDepth penetration_depth(const HullPair& pair, ConvexPairState& state) {
   if (!is_feature(pair.a, state.feature_a) || !is_feature(pair.b, state.feature_b)) state = {};
   PenetrationDepth out;
-  Search search(pair);
+  DepthSearch search(pair);
   start_from_last(search, state);
   if (state.overlapping == 0 || ++state.age >= kLookElsewhere) {
     if (!search.has_best) search.suspect = true;  // a new pair: no start is known to be good

@@ -12,10 +12,10 @@
 namespace haptic {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr size_t kPasses = 64;    // updates in which each pair is asked once for merging
-constexpr double kRaise = 0.25;   // least share of the children's gap that a parent must keep
-constexpr double kStagger = 0.5;  // share of `carry` by which the first ask is earlier
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+constexpr size_t kPiecePasses = 64;   // updates in which each pair is asked once for merging
+constexpr double kPieceRaise = 0.25;  // least share of the children's gap that a parent must keep
+constexpr double kStagger = 0.5;      // share of `carry` by which the first ask is earlier
 constexpr double kGolden = 0.6180339887498949;  // its multiples, modulo 1, are spread evenly
 constexpr double kRise = 1.1;    // of the threshold after an update that was cut short
 constexpr double kFall = 0.98;   // of it after one with room to spare
@@ -31,7 +31,7 @@ constexpr uint32_t kOld = 1 << 30;  // an age at which the query looks [asks]
 double removed_volume(const PieceTree& tree, const Piece& piece) {
   if (piece.n_children == 0) return 0;
   const bool is_surface = piece.level < tree.level_pieces.size();
-  if (!is_surface || !(piece.resolution > 0)) return kInfinity;
+  if (!is_surface || !(piece.resolution > 0)) return kUnbounded;
   return piece.deviation / (piece.resolution * piece.resolution);
 }
 
@@ -158,7 +158,7 @@ void PieceFront::refine() {
 
 /// Amortised coarsening: asks a share of the front whether the siblings can be merged.
 void PieceFront::close_some() {
-  const size_t most = front_.size() / kPasses + 1;
+  const size_t most = front_.size() / kPiecePasses + 1;
   for (size_t i = 0; i < most; ++i) {
     if (asked_ >= front_.size()) asked_ = 0;
     const uint32_t parent = nodes_[front_[asked_++].node].parent;
@@ -261,7 +261,7 @@ bool PieceFront::open(uint32_t index) {
 /// The measure of an open pair that can stand for its children again: all of them are far and so is
 /// it, or it would not be refined now.
 std::optional<PieceFront::Measured> PieceFront::closing(uint32_t index) {
-  double least = kInfinity;
+  double least = kUnbounded;
   bool any_near = false;
   for (uint32_t i = nodes_[index].below; i != kNone; i = nodes_[i].beside) {
     if (nodes_[i].state != State::kFar && nodes_[i].state != State::kNear) return {};
@@ -272,7 +272,7 @@ std::optional<PieceFront::Measured> PieceFront::closing(uint32_t index) {
   if (any_near && opening_of(node) != Opening::kNone) return {};
   const Measured now = measure(node);
   // a parent with hardly a gap would be opened again soon
-  if (!any_near && !(now.state == State::kFar && now.gap > kRaise * least)) return {};
+  if (!any_near && !(now.state == State::kFar && now.gap > kPieceRaise * least)) return {};
   return now;
 }
 

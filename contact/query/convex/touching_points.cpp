@@ -7,7 +7,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kRounding = 1e-12;  // of a place along an edge, in shares of its length
+constexpr double kEdgeRounding = 1e-12;  // of a place along an edge, in shares of its length
 
 /// A feature of either hull as a polygon in A: an edge has two corners, a vertex one.
 struct Outline {
@@ -48,14 +48,14 @@ bool clip(const Outline& polygon, const Vec3& n, double turn, const Vec3& p, con
     if (at_p < 0) from = std::max(from, at_p / (at_p - at_q));
     if (at_q < 0) to = std::min(to, at_p / (at_p - at_q));
   }
-  return from <= to + kRounding;
+  return from <= to + kEdgeRounding;
 }
 
 /// Where two lines that cross, seen along n, do so; in their middle where they are parallel.
 Vec3 crossing(const Outline& a, const Outline& b, const Vec3& n) {
   const Vec3 p = a[0], way = a[1] - p, q = b[0], other = b[1] - q, side = cross(n, other);
   const double sine = dot(way, side), length2 = norm_squared(way);
-  if (sine * sine > kRounding * kRounding * length2 * norm_squared(other)) {
+  if (sine * sine > kEdgeRounding * kEdgeRounding * length2 * norm_squared(other)) {
     return p + std::clamp(dot(q - p, side) / sine, 0.0, 1.0) * way;
   }
   const double s = dot(q - p, way) / length2, t = dot(b[1] - p, way) / length2;

@@ -24,8 +24,8 @@ HAPTIC_INLINE Float8 row(const std::array<float, 8>& values) {
   return lanes8::load<Float8>(values);
 }
 
-HAPTIC_WIDE void move_all(std::span<SlidingPlaneBlock> blocks, const MovedFloats& moved,
-                          float least) {
+HAPTIC_WIDE void move_planes(std::span<SlidingPlaneBlock> blocks, const MovedFloats& moved,
+                             float least) {
   for (SlidingPlaneBlock& block : blocks) {
     const Float8 x = row(block.centre_B[0]), y = row(block.centre_B[1]), z = row(block.centre_B[2]);
     Float8 gap = (1 - 4 * kUlp) * row(block.gap);
@@ -142,7 +142,7 @@ void SlidingPlanes::move(const PoseChange& change, double least, std::vector<Use
   for (size_t first = 0; first < blocks_.size(); first += kAtOnce) {
     const std::span<SlidingPlaneBlock> some =
         std::span(blocks_).subspan(first, std::min(kAtOnce, blocks_.size() - first));
-    move_all(some, moved, bound);
+    move_planes(some, moved, bound);
     for (const SlidingPlaneBlock& block : some) {
       for (LaneSet lanes(block.used_up); lanes.any(); lanes.pop()) {
         const size_t lane = lanes.first();

@@ -5,6 +5,9 @@
 
 namespace haptic {
 
+inline constexpr double kOnSurface =
+    1e-12;  // [m]; below, the direction to the point is rounding noise
+
 enum class FeatureKind : uint32_t { kFace = 0, kEdge = 1, kVertex = 2 };
 
 /// The feature that a closest point lies on; `index` counts faces, edges or vertices of the mesh.

@@ -14,11 +14,11 @@ namespace haptic {
 namespace {
 
 constexpr size_t kDirections = 8;
-constexpr int kMostSteps = 24;            // triangles of a walk
-constexpr double kTurnCosine = 0.906;     // cos 25°, as plane_extent has it
-constexpr double kBetween = 0.92388;      // cos 22.5°, half the angle between two directions
-constexpr double kBendReach = 4e-3;       // [m]; the bend is measured there: facets are shorter
-constexpr double kLeastCurvature = 1e-3;  // less is rounding [1/m]
+constexpr int kMostSteps = 24;              // triangles of a walk
+constexpr double kPatchTurnCosine = 0.906;  // cos 25°, as plane_extent has it
+constexpr double kBetween = 0.92388;        // cos 22.5°, half the angle between two directions
+constexpr double kBendReach = 4e-3;         // [m]; the bend is measured there: facets are shorter
+constexpr double kLeastCurvature = 1e-3;    // less is rounding [1/m]
 constexpr double kInward = 1e-3;  // share of the way to the middle of the triangle: a walk that
                                   // begins on a corner has no side to leave by
 
@@ -100,7 +100,7 @@ Walked walked(const Walk& walk, uint32_t triangle) {
     const Gate before = gate;
     triangle = next;
     side = next_side(walk, triangle, gate);
-    if (dot(walk.mesh.face_normals[triangle], walk.normal_O) >= kTurnCosine) continue;
+    if (dot(walk.mesh.face_normals[triangle], walk.normal_O) >= kPatchTurnCosine) continue;
     const uint32_t apex = gate.left != before.left ? gate.left : gate.right;
     const Vec3 beyond = walk.mesh.vertices[apex] - walk.from_O - way;
     if (dot(walk.normal_O, beyond) > 0) result.extent = kMaxExtent;
@@ -115,7 +115,7 @@ PlanePatch plane_patch(const TriangleMesh& mesh, uint32_t triangle, const Vec3& 
                        const Vec3& normal_O) {
   HAPTIC_ASSERT(triangle < mesh.triangles.size());
   PlanePatch patch;
-  if (!(dot(mesh.face_normals[triangle], normal_O) >= kTurnCosine)) return patch;
+  if (!(dot(mesh.face_normals[triangle], normal_O) >= kPatchTurnCosine)) return patch;
   const Triangle& corners = mesh.triangles[triangle];
   Vec3 middle;
   for (const uint32_t v : corners) middle += mesh.vertices[v] / 3.0;

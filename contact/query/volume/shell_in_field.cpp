@@ -11,10 +11,10 @@ namespace haptic {
 namespace {
 
 constexpr uint32_t kFewOf = 2;  // children are few if at most one in so many needs testing
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kNotAsked = kInfinite;
-constexpr double kRounding = 1e-12;  // rounding of the accumulated slack [m]
-constexpr size_t kPatchLevels = 2;   // between patches and points; a patch fits into a batch
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kNotAsked = kNever;
+constexpr double kSlackRounding = 1e-12;  // rounding of the accumulated slack [m]
+constexpr size_t kPatchLevels = 2;        // between patches and points; a patch fits into a batch
 
 struct PointBatch {
   FieldBatch at;
@@ -124,7 +124,7 @@ struct Search {
     for (const ShellVisit& parent : parents) {
       const ShellNode& node = shell.nodes[parent.node];
       if (reserved > 0 && batch.at.n + node.n_children + reserved > budget_left()) break;
-      double free_until = kInfinite;
+      double free_until = kNever;
       for (uint32_t k = node.first_child; k < node.first_child + node.n_children; ++k) {
         if (coherence != nullptr) free_until = std::min(free_until, coherence->free_until[k]);
         if (!is_free(k)) visit(k);
@@ -144,7 +144,7 @@ struct Search {
       return;
     }
     const double* low = coherence->low.data();
-    const double least = cut + coherence->slack + kRounding;
+    const double least = cut + coherence->slack + kSlackRounding;
     size_t n = to.at.n;
     for (uint32_t i = node.first; i < node.first + node.count; ++i) {
       // branch-free, as in finish_nodes
@@ -241,7 +241,7 @@ struct Search {
     }
     const bool is_near = nearest.distance < query.reach;
     if (coherence != nullptr) {
-      coherence->high[patch.node] = is_near ? nearest.distance - coherence->slack : kInfinite;
+      coherence->high[patch.node] = is_near ? nearest.distance - coherence->slack : kNever;
     }
     for (size_t k = patch.begin; touching && k < patch.end; ++k) {
       const double distance = points.at.distance[k];

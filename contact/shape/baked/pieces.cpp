@@ -7,14 +7,14 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kArrays = 7;         // those of for_each_array
+constexpr size_t kTreeArrays = 7;     // those of for_each_tree_array
 constexpr double kUnit = 1e-9;        // of the square of a unit normal
 constexpr double kFarthest = 1e6;     // of any point [m]: farther than anything in a scene
 constexpr double kMostOfBound = 1e9;  // of a length or its inverse, in metres
 
 /// Calls f for each array, in the order of the file.
 template <class Tree, class F>
-void for_each_array(Tree& tree, F&& f) {
+void for_each_tree_array(Tree& tree, F&& f) {
   f(tree.pieces), f(tree.vertices), f(tree.edges), f(tree.faces);
   f(tree.edge_from), f(tree.leaf_of), f(tree.level_pieces);
 }
@@ -58,7 +58,7 @@ void check_hull(const PieceTree& tree, const Piece& piece) {
 
 /// Children begin where those of the pieces before them end: each piece but the root has one
 /// parent, and comes after it.
-void check_tree(const PieceTree& tree) {
+void check_piece_tree(const PieceTree& tree) {
   size_t next = 1;
   for (uint32_t i = 0; i < tree.pieces.size(); ++i) {
     const Piece& piece = tree.pieces[i];
@@ -80,7 +80,7 @@ void check_pieces(const PieceTree& tree) {
     return require_baked(tree.leaf_of.empty(), "triangles without pieces");
   }
   require_baked(!tree.level_pieces.empty(), "pieces without levels");
-  check_tree(tree);
+  check_piece_tree(tree);
   for (const Piece& piece : tree.pieces) {
     check_facts(tree, piece);
     check_hull(tree, piece);
@@ -95,15 +95,15 @@ void check_pieces(const PieceTree& tree) {
 
 std::vector<std::byte> write_pieces(const PieceTree& tree, uint64_t key) {
   std::vector<std::span<const std::byte>> arrays;
-  for_each_array(tree, [&](const auto& array) { arrays.push_back(std::as_bytes(array)); });
+  for_each_tree_array(tree, [&](const auto& array) { arrays.push_back(std::as_bytes(array)); });
   return write_block(BakedKind::kPieces, key, arrays);
 }
 
 PieceTree view_pieces(std::span<const std::byte> bytes, uint64_t key, const RunBoth& run_both) {
-  const BakedBlock block = view_block(bytes, BakedKind::kPieces, key, kArrays);
+  const BakedBlock block = view_block(bytes, BakedKind::kPieces, key, kTreeArrays);
   PieceTree tree;
   size_t i = 0;
-  for_each_array(
+  for_each_tree_array(
       tree, [&]<class T>(std::span<const T>& array) { array = view_array<T>(block.arrays[i++]); });
   run_both([&] { check_half(block, 0); },
            [&] {

@@ -7,12 +7,12 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kArrays = 14;            // the scalars and those of for_each_array
+constexpr size_t kVolumeArrays = 14;      // the scalars and those of for_each_volume_array
 constexpr size_t kUniformBricks = 2;      // all free and all interior, in every map
 constexpr int32_t kMostBricks = 1 << 10;  // along a side: 4096 voxels and their margin
 
 /// Scalars, as an array of one.
-struct Facts {
+struct VolumeFacts {
   Vec3 map_lower, field_lower;
   double voxel = 0, cell = 0, band = 0, spacing = 0, radius = 0;
   std::array<int32_t, 3> map_bricks{}, field_bricks{};
@@ -20,7 +20,7 @@ struct Facts {
 
 /// Calls f for each array, in the order of the file.
 template <class Content, class F>
-void for_each_array(Content& content, F&& f) {
+void for_each_volume_array(Content& content, F&& f) {
   auto& shell = content.shell;
   f(content.map.index), f(content.map.data);
   f(content.field.index), f(content.field.middle), f(content.field.data);
@@ -28,7 +28,7 @@ void for_each_array(Content& content, F&& f) {
   f(shell.nodes), f(shell.levels);
 }
 
-Facts facts_of(const VolumeContent& c) {
+VolumeFacts facts_of(const VolumeContent& c) {
   return {c.map.lower_O,   c.field.lower_O, c.map.size,   c.field.cell,  c.field.band,
           c.shell.spacing, c.shell.radius,  c.map.bricks, c.field.bricks};
 }
@@ -106,22 +106,23 @@ void check_shell(const Pointshell& shell) {
 }  // namespace
 
 std::vector<std::byte> write_volume(const VolumeContent& content, uint64_t key) {
-  const Facts facts = facts_of(content);
+  const VolumeFacts facts = facts_of(content);
   std::vector<std::span<const std::byte>> arrays{std::as_bytes(std::span(&facts, 1))};
-  for_each_array(content, [&](const auto& array) { arrays.push_back(std::as_bytes(array)); });
+  for_each_volume_array(content,
+                        [&](const auto& array) { arrays.push_back(std::as_bytes(array)); });
   return write_block(BakedKind::kVolume, key, arrays);
 }
 
 VolumeContent view_volume(std::span<const std::byte> bytes, uint64_t key, const RunBoth& run_both) {
-  const BakedBlock block = view_block(bytes, BakedKind::kVolume, key, kArrays);
-  const auto facts = view_array<Facts>(block.arrays[0]);
+  const BakedBlock block = view_block(bytes, BakedKind::kVolume, key, kVolumeArrays);
+  const auto facts = view_array<VolumeFacts>(block.arrays[0]);
   require_baked(facts.size() == 1, "an array of another type");
   VolumeContent content;
   size_t i = 1;
-  for_each_array(content, [&]<class T>(std::span<const T>& array) {
+  for_each_volume_array(content, [&]<class T>(std::span<const T>& array) {
     array = view_array<T>(block.arrays[i++]);
   });
-  const Facts& f = facts[0];
+  const VolumeFacts& f = facts[0];
   content.map.lower_O = f.map_lower;
   content.map.size = f.voxel;
   content.map.voxels_per_metre = f.voxel > 0 ? 1 / f.voxel : 0;

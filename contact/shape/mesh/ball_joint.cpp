@@ -3,16 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "contact/shape/mesh/vessel.h"
 #include "proto/math/assert.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 /// Distance from the z axis and height of a ring [m].
 struct Ring {

@@ -5,15 +5,13 @@
 #include <cmath>
 #include <functional>
 #include <map>
-#include <numbers>
 #include <vector>
 
 #include "proto/math/assert.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 /// Number of a cell, or of a vertex of the grid, along x, y and z.
 using Cell = std::array<size_t, 3>;

@@ -3,18 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "proto/math/assert.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// Adds rings of vertices from the lower to the upper height; returns the index of the first.
-uint32_t add_side(Soup& soup, const RadiusAt& radius, double z_lower, double z_upper,
-                  const PartGrid& grid) {
+uint32_t add_part_side(Soup& soup, const RadiusAt& radius, double z_lower, double z_upper,
+                       const PartGrid& grid) {
   HAPTIC_ASSERT(grid.around >= 3 && grid.along >= 1 && z_lower < z_upper);
   const auto first = static_cast<uint32_t>(soup.vertices.size());
   for (uint32_t k = 0; k <= grid.along; ++k) {
@@ -105,7 +103,7 @@ double gear_radius(const Gear& gear, double theta) {
 
 Soup make_turned(const RadiusAt& outer, double z_lower, double z_upper, const PartGrid& grid) {
   Soup soup;
-  const uint32_t first = add_side(soup, outer, z_lower, z_upper, grid);
+  const uint32_t first = add_part_side(soup, outer, z_lower, z_upper, grid);
   close_side(soup, first, grid, true);
   const auto lower = static_cast<uint32_t>(soup.vertices.size());
   soup.vertices.push_back({0, 0, z_lower});
@@ -122,8 +120,8 @@ Soup make_turned(const RadiusAt& outer, double z_lower, double z_upper, const Pa
 Soup make_bored(const RadiusAt& outer, const RadiusAt& inner, double z_lower, double z_upper,
                 const PartGrid& grid) {
   Soup soup;
-  const uint32_t out = add_side(soup, outer, z_lower, z_upper, grid);
-  const uint32_t in = add_side(soup, inner, z_lower, z_upper, grid);
+  const uint32_t out = add_part_side(soup, outer, z_lower, z_upper, grid);
+  const uint32_t in = add_part_side(soup, inner, z_lower, z_upper, grid);
   close_side(soup, out, grid, true);
   close_side(soup, in, grid, false);
   const uint32_t top = grid.along * grid.around;

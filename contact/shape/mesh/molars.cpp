@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <span>
 
 #include "contact/shape/mesh/vessel.h"
 #include "proto/math/assert.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
@@ -18,7 +18,6 @@ constexpr double kWidth = 11;
 constexpr double kSlope = 0.85;      // of the cones: 40 degrees
 constexpr double kTipRadius = 0.45;  // of a cusp's tip
 constexpr double kSeam = 0.1;        // width over which two cones merge: the radius of a fissure
-constexpr double kPi = std::numbers::pi;
 
 struct Cusp {
   double x, y, z;

@@ -95,7 +95,7 @@ double bound_far(const DistanceField& field, size_t number, const Place& place, 
   return std::copysign(least, at_middle);
 }
 
-InCell cell_at(const DistanceField& field, const Vec3& p_O) {
+InCell field_cell_at(const DistanceField& field, const Vec3& p_O) {
   const Vec3 q = (1 / field.cell) * (p_O - field.lower_O);
   const double last_x = field.bricks[0] * kFieldSide, last_y = field.bricks[1] * kFieldSide,
                last_z = field.bricks[2] * kFieldSide;
@@ -124,7 +124,7 @@ double slope(const InCell& c, int at) {
 }  // namespace
 
 FieldDistance sample_distance(const DistanceField& field, const Vec3& p_O) {
-  const InCell c = cell_at(field, p_O);
+  const InCell c = field_cell_at(field, p_O);
   if (c.nodes == nullptr) return {c.bound, false};
   const double a00 = along(c, 0), a10 = along(c, kY), a01 = along(c, kZ), a11 = along(c, kY + kZ);
   const double b0 = a00 + c.y * (a10 - a00), b1 = a01 + c.y * (a11 - a01);
@@ -132,7 +132,7 @@ FieldDistance sample_distance(const DistanceField& field, const Vec3& p_O) {
 }
 
 FieldSample sample_field(const DistanceField& field, const Vec3& p_O) {
-  const InCell c = cell_at(field, p_O);
+  const InCell c = field_cell_at(field, p_O);
   if (c.nodes == nullptr) return {c.bound, {}, false};
   const double a00 = along(c, 0), a10 = along(c, kY), a01 = along(c, kZ), a11 = along(c, kY + kZ);
   const double b0 = a00 + c.y * (a10 - a00), b1 = a01 + c.y * (a11 - a01);

@@ -115,8 +115,9 @@ float ball_around(const PointshellData& shell, uint32_t point, uint32_t first, u
 }
 
 /// The parents of a level: nodes whose cubes lie in the same cube of twice the edge.
-std::vector<ShellNode> parents_of(const PointshellData& shell, const std::vector<Sample>& samples,
-                                  const std::vector<ShellNode>& children, int level) {
+std::vector<ShellNode> shell_parents(const PointshellData& shell,
+                                     const std::vector<Sample>& samples,
+                                     const std::vector<ShellNode>& children, int level) {
   HAPTIC_ASSERT(!children.empty());
   std::vector<ShellNode> parents;
   const auto cube_of = [&](const ShellNode& node) { return samples[node.first].code >> 3 * level; };
@@ -145,7 +146,7 @@ void build_levels(PointshellData& shell, const std::vector<Sample>& samples) {
   std::vector<std::vector<ShellNode>> levels(1);
   for (uint32_t i = 0; i < samples.size(); ++i) levels[0].push_back({i, 1, 0, 0, i, 0});
   while (levels.back().size() > 1) {
-    levels.push_back(parents_of(shell, samples, levels.back(), static_cast<int>(levels.size())));
+    levels.push_back(shell_parents(shell, samples, levels.back(), static_cast<int>(levels.size())));
   }
   std::reverse(levels.begin(), levels.end());
   for (const std::vector<ShellNode>& level : levels) {

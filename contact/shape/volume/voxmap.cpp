@@ -17,9 +17,9 @@ constexpr std::array<VoxelIndex, 6> kFaces{
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
 /// A map under construction: each place that is written to gets its own brick.
-class Builder {
+class VoxmapBuilder {
  public:
-  explicit Builder(VoxmapData& map) : map_(map) {
+  explicit VoxmapBuilder(VoxmapData& map) : map_(map) {
     map_.data.resize(2);
     map_.data[kAllInterior].words.fill(0x55555555u);
     map_.index.assign(places(), kAllFree);
@@ -59,7 +59,7 @@ class Builder {
 };
 
 /// Marks every voxel that the triangle meets; appends the new ones.
-void scan_triangle(const std::array<Vec3, 3>& corners, Builder& map,
+void scan_triangle(const std::array<Vec3, 3>& corners, VoxmapBuilder& map,
                    std::vector<VoxelIndex>& surface) {
   const Vec3 slack = kSlack * Vec3{1, 1, 1};
   const Vec3 low = component_min(corners[0], component_min(corners[1], corners[2])) - slack;
@@ -82,7 +82,7 @@ void scan_triangle(const std::array<Vec3, 3>& corners, Builder& map,
 }
 
 std::vector<VoxelIndex> scan_surface(const TriangleMesh& mesh, const VoxmapData& map,
-                                     Builder& builder) {
+                                     VoxmapBuilder& builder) {
   std::vector<VoxelIndex> surface;
   for (const Triangle& triangle : mesh.triangles) {
     std::array<Vec3, 3> corners;
@@ -98,7 +98,7 @@ std::vector<VoxelIndex> scan_surface(const TriangleMesh& mesh, const VoxmapData&
 /// voxel. What it does not reach becomes interior.
 class Flood {
  public:
-  Flood(VoxmapData& map, Builder& builder)
+  Flood(VoxmapData& map, VoxmapBuilder& builder)
       : map_(map), builder_(builder), reached_bricks_(builder.places()) {
     reached_.resize(map.data.size());
   }
@@ -182,14 +182,14 @@ class Flood {
   }
 
   VoxmapData& map_;
-  Builder& builder_;
+  VoxmapBuilder& builder_;
   std::vector<bool> reached_bricks_;
   std::vector<VoxelBrick> reached_;
   std::vector<VoxelIndex> open_;
 };
 
 /// Turns the free neighbours of these voxels into proximity.
-std::vector<VoxelIndex> add_ring(const std::vector<VoxelIndex>& surface, Builder& map) {
+std::vector<VoxelIndex> add_ring(const std::vector<VoxelIndex>& surface, VoxmapBuilder& map) {
   std::vector<VoxelIndex> ring;
   for (const VoxelIndex& i : surface) {
     for (int z = -1; z <= 1; ++z) {
@@ -222,7 +222,7 @@ VoxmapData build_voxmap(const TriangleMesh& mesh, const VoxmapOptions& options) 
     const int voxels = static_cast<int>(std::ceil(side[static_cast<int>(k)])) + 2 * margin;
     map.bricks[k] = (voxels + kBrickSide - 1) >> kBrickBits;
   }
-  Builder builder(map);
+  VoxmapBuilder builder(map);
   std::vector<VoxelIndex> surface = scan_surface(mesh, map, builder);
   Flood(map, builder).run();
   std::vector<VoxelIndex> ring = add_ring(surface, builder);

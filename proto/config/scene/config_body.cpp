@@ -9,8 +9,8 @@ using enum Dimension;
 
 namespace {
 
-constexpr Range kBodyMasses{1e-3, 100};  // [kg]; lighter is less than a tick of any coupling moves
-constexpr Range kDensities{1, 25e3};     // [kg/m³]
+constexpr Range kBodyMasses{1e-3, 100};   // [kg]; lighter is less than a tick of any coupling moves
+constexpr Range kBodyDensities{1, 25e3};  // [kg/m³]
 constexpr Range kRestitutions{0, 1};
 constexpr Range kSimRates{50, 1e3};       // [Hz]; kMaxExtrapolation is 20 ms
 constexpr double kBodyRate = 1000;        // of bodies with mass, that of the hand [Hz]
@@ -33,7 +33,7 @@ void read_body(Section& object, const ObjectConfig& about, BodyConfig& body) {
   if (!section) return;
   const bool any_mass = section->read_quantity("mass", kMass, kBodyMasses, body.mass);
   const bool any_inertia = section->read_quantities("inertia", kInertia, kPositive, body.inertia);
-  section->read_quantity("density", kDensity, kDensities, body.density);
+  section->read_quantity("density", kDensity, kBodyDensities, body.density);
   section->read_number("restitution", kRestitutions, body.restitution);
   if (body.density > 0 && (any_mass || any_inertia)) {
     section->fail_at("density", "says what 'mass' and 'inertia' say; leave one of them out");

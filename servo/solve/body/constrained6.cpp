@@ -17,7 +17,7 @@ Mat6 mass_of(const RigidBody& tool, const Quat& q_WC) {
 }
 
 /// The problem of this tick, about C at X_WG.
-struct Problem {
+struct ConstrainedProblem {
   RigidContacts contacts;
   Pose X_WGC;                                // centre of mass at X_WG
   Vec3 arm_W;                                // from the tool's origin to C there
@@ -33,7 +33,8 @@ Vec3 object_velocity(const RigidContact& c) {
   return velocity_at(c.V_W, c.r_W);
 }
 
-void pose_problem(const RigidProxyModel& model, const RigidProxyTick& tick, Problem& problem) {
+void pose_problem(const RigidProxyModel& model, const RigidProxyTick& tick,
+                  ConstrainedProblem& problem) {
   const Pose& X_WG = problem.contacts.X_WG;
   problem.X_WGC = motion_of_centre(model.tool, {X_WG, {}}).X_WC;
   problem.arm_W = problem.X_WGC.p - X_WG.p;
@@ -51,7 +52,7 @@ void pose_problem(const RigidProxyModel& model, const RigidProxyTick& tick, Prob
 
 /// Pose of the hand one tick ago, as far as the contacts allow.
 BodyMotion first_body(const RigidProxyModel& model, const RigidProxyTick& tick,
-                      const Problem& problem) {
+                      const ConstrainedProblem& problem) {
   ToolMotion hand = tick.hand;
   hand.X_WT = extrapolate(hand.X_WT, hand.V_WT, -tick.dt);
   BodyMotion body = motion_of_centre(model.tool, hand);
@@ -62,8 +63,8 @@ BodyMotion first_body(const RigidProxyModel& model, const RigidProxyTick& tick,
 }
 
 /// Moves the body out of the rows it violates; returns its pose as a motion from X_WG.
-Twist project_back(const RigidProxyModel& model, const RigidProxyTick& tick, const Problem& problem,
-                   BodyMotion& body) {
+Twist project_back(const RigidProxyModel& model, const RigidProxyTick& tick,
+                   const ConstrainedProblem& problem, BodyMotion& body) {
   const Twist at = way_between(problem.X_WGC, body.X_WC);
   const double share = model.blend_time > tick.dt ? tick.dt / model.blend_time : 1;
   std::array<MotionRow, kMaxContacts> rows;
@@ -100,7 +101,7 @@ FreeStep free_step(const RigidProxyModel& model, const RigidProxyTick& tick, con
 
 /// Contacts of the velocity step, body at `at`, relative to the carrier object. Gaps are those
 /// before the objects moved.
-void pose_contacts(const Problem& problem, const Twist& at, double h,
+void pose_contacts(const ConstrainedProblem& problem, const Twist& at, double h,
                    std::array<FrictionContact, kMaxContacts>& out) {
   for (size_t i = 0; i < problem.contacts.size; ++i) {
     const RigidContact& c = problem.contacts.contacts[i];
@@ -145,8 +146,8 @@ FrictionStep velocity_step(RigidSolver solver, ContactSolvers& solvers, const Fr
 }
 
 /// Notes the pushes on the objects and which contacts slide.
-void note_pushes(const Problem& problem, const FrictionStep& step, double h, const Pose& X_WC,
-                 Slides& slides, BodySolution& out) {
+void note_pushes(const ConstrainedProblem& problem, const FrictionStep& step, double h,
+                 const Pose& X_WC, Slides& slides, BodySolution& out) {
   slides = {};
   const Vec3 arm_W = X_WC.p - out.proxy.X_WT.p;
   for (size_t i = 0; i < step.impulses.size(); ++i) {
@@ -169,7 +170,7 @@ BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State&
   HAPTIC_ASSERT(tick.dt > 0);
   BodySolution out;
   out.proxy = tick.hand;
-  Problem problem;
+  ConstrainedProblem problem;
   problem.contacts = carry_rigid_contacts(model, tick, state.slides);
   out.finite = problem.contacts.finite;
   if (!out.finite) {

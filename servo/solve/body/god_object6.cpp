@@ -83,7 +83,8 @@ Pose last_proxy(const GodObject6State& state, const RigidProxyTick& tick) {
   return carrier_pose(state, tick) * state.X_CP;
 }
 
-void pose_problem(const GodObject6State& state, const RigidProxyTick& tick, Problem& problem) {
+void pose_motion_problem(const GodObject6State& state, const RigidProxyTick& tick,
+                         Problem& problem) {
   const RigidContacts& contacts = problem.contacts;
   problem.hand = way_between(contacts.X_WG, tick.hand.X_WT);
   const Twist carrier = object_twist(tick, state.carrier, contacts.X_WG.p);
@@ -175,7 +176,7 @@ bool sees_surfaces(const GodObject6State& state, const RigidProxyTick& tick, con
   places_W[n] = tick.hand.X_WT;
   const SurfacePlaces places{{places_W.data(), n}, {places_W.data(), n + 1}};
   if (!follow_surfaces(tick, places, problem.contacts)) return false;
-  pose_problem(state, tick, problem);
+  pose_motion_problem(state, tick, problem);
   return true;
 }
 
@@ -319,7 +320,7 @@ BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& st
     return out;
   }
   set_metric(model, problem);
-  pose_problem(state, tick, problem);
+  pose_motion_problem(state, tick, problem);
   Selection all = all_rows(problem);
   Answer held = slide(problem, problem.hand, all);
   if (held.n_pushing > 0 && sees_surfaces(state, tick, held, problem)) {

@@ -10,8 +10,8 @@ namespace haptic {
 namespace {
 
 /// Sums the pushes on each object.
-void note_pushes(const SoftContacts& contacts, const RigidBody& tool, const BodyMotion& body,
-                 BodySolution& out) {
+void note_soft_pushes(const SoftContacts& contacts, const RigidBody& tool, const BodyMotion& body,
+                      BodySolution& out) {
   const Vec3 arm_W = body.X_WC.p - out.proxy.X_WT.p;
   for (size_t i = 0; i < contacts.size; ++i) {
     const std::optional<ContactRow> row = pushing_row(contacts.contacts[i], body);
@@ -139,7 +139,7 @@ BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state
       out.F_hand_W = wrench_on_hand(model.coupling, {tick.hand.X_WT, {}}, {out.proxy.X_WT, {}});
       break;
   }
-  note_pushes(contacts, model.tool, motion_of_centre(model.tool, out.proxy), out);
+  note_soft_pushes(contacts, model.tool, motion_of_centre(model.tool, out.proxy), out);
   state.proxy = out.proxy;
   return out;
 }

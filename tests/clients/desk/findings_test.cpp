@@ -12,9 +12,9 @@
 namespace haptic {
 namespace {
 
-constexpr DeviceRow kDelta{
+constexpr DeviceRow kDeltaRow{
     .name = "delta", .id = DeviceKind{}, .node = NodeKind::kUsb, .usb_ids = "0403:cb48"};
-constexpr DeviceRow kLine{.name = "line", .id = DeviceKind{}, .node = NodeKind::kSerial};
+constexpr DeviceRow kLineRow{.name = "line", .id = DeviceKind{}, .node = NodeKind::kSerial};
 
 ListedDevice plugged(const DeviceRow& row, const std::string& path) {
   ListedDevice device{.rows = {row}};
@@ -39,7 +39,7 @@ MachineFacts best() {
   facts.governors = {"performance"};
   facts.isolated = facts.nohz_full = "3";
   facts.rules_installed = true;
-  facts.devices = {plugged(kDelta, "/dev/bus/usb/001/004")};
+  facts.devices = {plugged(kDeltaRow, "/dev/bus/usb/001/004")};
   return facts;
 }
 
@@ -155,7 +155,7 @@ TEST_CASE("findings: of a device its rights, its power, and who else talks to it
   CHECK(findings_of(knob).back().fact.find("hid-logitech") != std::string::npos);
   MachineFacts modem = best();
   modem.modem_manager = {{9, "ModemManager"}};
-  modem.devices = {plugged(kLine, "/dev/ttyACM0")};
+  modem.devices = {plugged(kLineRow, "/dev/ttyACM0")};
   CHECK(bad(modem).empty());
   modem.rules_installed = false;
   CHECK(bad(modem).size() == 2);

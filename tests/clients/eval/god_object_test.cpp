@@ -45,7 +45,7 @@ struct Proxy {
   }
 };
 
-constexpr Proxy kGodObject{}, kPoint{Renderer::kVirtualProxy3},
+constexpr Proxy kGodObject{}, kPointProxy{Renderer::kVirtualProxy3},
     kSmall{Renderer::kVirtualProxy3, 1e-3}, kLarge{Renderer::kVirtualProxy3, 5e-3};
 
 /// Slides on the plane z = 0: the force is k·d from the first answers on, without a ripple.
@@ -89,7 +89,7 @@ bool is_behind_a_plane(const ServoFrame& f, const ContactSet& set, double radius
 }  // namespace
 
 TEST_CASE("god-object: plane force is k times depth with exact direction", "[lab]") {
-  const Proxy proxy = GENERATE(as<Proxy>{}, kGodObject, kPoint, kSmall, kLarge);
+  const Proxy proxy = GENERATE(as<Proxy>{}, kGodObject, kPointProxy, kSmall, kLarge);
   check_slide(proxy, kStiffness, block_below(), 2, {1, GENERATE(0u, 1u, 2u)});
 }
 

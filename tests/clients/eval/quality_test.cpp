@@ -19,25 +19,25 @@ constexpr QualityGrain kCoarse{kSamples, 1, 1e-3, 0.8e-3};
 
 /// The symmetric answer, with a stiffness of 10 kN/m.
 Wrench ideal(QualityScene scene, const Pose& X_WT) {
-  constexpr double kStiffness = 1e4;
+  constexpr double kQualityStiffness = 1e4;
   const Vec3 axis = rotate(X_WT.q, {0, 0, 1});
   const Vec3 aside{X_WT.p.x, X_WT.p.y, 0};
   switch (scene) {
     case QualityScene::kConeOnPlane:
-      return {{0, 0, kStiffness * kQualityDepth}, {}};
+      return {{0, 0, kQualityStiffness * kQualityDepth}, {}};
     case QualityScene::kSphereRoundCylinder:
-      return {kStiffness * kQualityDepth * normalized(aside), {}};
+      return {kQualityStiffness * kQualityDepth * normalized(aside), {}};
     case QualityScene::kCubeOnPlate:
-      return {{0, 0, kStiffness * kQualityDepth}, cross(axis, Vec3{0, 0, 1})};
+      return {{0, 0, kQualityStiffness * kQualityDepth}, cross(axis, Vec3{0, 0, 1})};
     case QualityScene::kPegInHole:
       break;
   }
   const double beyond = std::max(norm(aside) - kPegClearance, 0.0);
-  if (beyond > 0) return {-kStiffness * beyond * normalized(aside), {}};
+  if (beyond > 0) return {-kQualityStiffness * beyond * normalized(aside), {}};
   return {{}, cross(axis, Vec3{0, 0, 1})};
 }
 
-std::vector<Row> judged(QualityScene scene, const WrenchAt& wrench_at) {
+std::vector<Row> judged_quality(QualityScene scene, const WrenchAt& wrench_at) {
   return judge_quality(scene, wrench_at, kSamples, {}, "judge");
 }
 
@@ -46,7 +46,7 @@ template <class Falsify>
 size_t missed(QualityScene scene, const Falsify& falsify) {
   size_t n = 0;
   const auto wrong = [&](const Pose& X_WT) { return falsify(ideal(scene, X_WT), X_WT, n++); };
-  const std::vector<Row> rows = judged(scene, wrong);
+  const std::vector<Row> rows = judged_quality(scene, wrong);
   return static_cast<size_t>(
       std::count_if(rows.begin(), rows.end(), [](const Row& row) { return row.holds == false; }));
 }
@@ -71,7 +71,8 @@ constexpr size_t kDirect6 = 0, kFieldDirect = 1, kFieldQuasiStatic = 2;
 TEST_CASE("eval quality: what symmetry demands holds every goal", "[lab]") {
   const auto scene = GENERATE(QualityScene::kConeOnPlane, QualityScene::kSphereRoundCylinder,
                               QualityScene::kCubeOnPlate, QualityScene::kPegInHole);
-  const std::vector<Row> rows = judged(scene, [&](const Pose& X_WT) { return ideal(scene, X_WT); });
+  const std::vector<Row> rows =
+      judged_quality(scene, [&](const Pose& X_WT) { return ideal(scene, X_WT); });
   CHECK(all_hold(rows));
   CHECK(std::count_if(rows.begin(), rows.end(), [](const Row& r) { return r.goal.has_value(); }) >=
         2);
@@ -114,7 +115,7 @@ TEST_CASE("eval quality: a wrong force misses the goals", "[lab]") {
 }
 
 TEST_CASE("eval quality: noise is what a moving average leaves", "[lab]") {
-  const auto rows = judged(QualityScene::kConeOnPlane, [n = 0](const Pose&) mutable {
+  const auto rows = judged_quality(QualityScene::kConeOnPlane, [n = 0](const Pose&) mutable {
     return Wrench{{0, 0, ++n % 2 == 0 ? 1.01 : 0.99}, {}};
   });
   // the moving average contains 1/21 of the last sample

@@ -19,7 +19,7 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kStiffness = 1000;
+constexpr double kRenderedStiffness = 1000;
 
 struct Run {
   LockstepOptions lockstep;
@@ -31,7 +31,7 @@ EvalJudge judge_work(const std::string& name, const Run& run) {
   EvalWork work = make_eval_work(name, run.radius);
   const MeshShapeData mesh = build_shape(std::move(work.soup));
   ScriptedHand hand(work.path);
-  SessionConfig config = plain_session(kStiffness);
+  SessionConfig config = plain_session(kRenderedStiffness);
   if (run.radius > 0) config.renderer = Renderer::kVirtualProxy3;
   config.proxy_radius = run.radius;
   return judge_run(config, mesh.view(), hand, run.lockstep, run.ticks);
@@ -89,7 +89,7 @@ TEST_CASE("eval: scanned and broken meshes never give NaN, never more than the l
   const BakedShape mesh = bake_scan(*path, 0.15);
   const uint64_t ticks = trials(3000) + 600;
   ScriptedHand hand(way_around(mesh.shape, 0, ticks));
-  SessionConfig config = plain_session(kStiffness);
+  SessionConfig config = plain_session(kRenderedStiffness);
   config.safety.max_force = 6;
   const EvalJudge judge = judge_run(config, mesh.shape, hand, {1, 0}, ticks);
   CHECK(judge.found().not_finite == 0);
@@ -109,7 +109,7 @@ TEST_CASE("eval: a sphere on scanned and broken meshes: no NaN, no more than the
   const MeshShapeData mesh = build_shape(std::move(soup));
   const uint64_t ticks = trials(500) + 600;
   ScriptedHand hand(way_around(mesh.view(), radius, ticks));
-  SessionConfig config = plain_session(kStiffness);
+  SessionConfig config = plain_session(kRenderedStiffness);
   config.safety.max_force = 6;
   config.renderer = Renderer::kVirtualProxy3;
   config.proxy_radius = radius;
@@ -129,7 +129,7 @@ TEST_CASE("eval: a slide that is cut short is held where it ended, never let go"
   if (soup.triangles.empty() || kSlowdown > 1) return;
   const MeshShapeData mesh = build_shape(std::move(soup));
   ScriptedHand hand(way_around(mesh.view(), 0, kEvalTicks));
-  const SessionConfig config = plain_session(kStiffness);
+  const SessionConfig config = plain_session(kRenderedStiffness);
   const MeshShape shape = mesh.view();
   Lockstep lockstep(config, std::span(&shape, 1), hand, {1, 0});
   int cut_short = 0;
@@ -139,7 +139,7 @@ TEST_CASE("eval: a slide that is cut short is held where it ended, never let go"
     ++cut_short;
     const ServoFrame& f = lockstep.frame();
     // the servo's answer is one slide ahead of the verified proxy, a little nearer to the tool
-    REQUIRE(norm(f.F_coupling_W.f) >= 0.9 * kStiffness * norm(f.X_WG.p - f.X_WT.p));
+    REQUIRE(norm(f.F_coupling_W.f) >= 0.9 * kRenderedStiffness * norm(f.X_WG.p - f.X_WT.p));
   }
   CHECK(cut_short > 0);
 }
@@ -149,7 +149,7 @@ TEST_CASE(
     "[lab][property]") {
   OracleAnswer truth;
   ServoFrame frame{};
-  EvalJudge judge(kStiffness);
+  EvalJudge judge(kRenderedStiffness);
   for (int k = 0; k < 10; ++k) {
     // the tool slides under the plane z = 0, 1 mm deep
     frame.tick = static_cast<uint64_t>(k);
@@ -158,7 +158,7 @@ TEST_CASE(
     frame.X_WP.p = truth.proxy_O;
     // the proxy stays from tick 4 on; its force exceeds the limit of 0.1 N from 0.46 mm on
     if (k >= 4) frame.X_WP.p = {4e-4, 0, 0};
-    frame.F_coupling_W.f = kStiffness * (frame.X_WP.p - frame.X_WT.p);
+    frame.F_coupling_W.f = kRenderedStiffness * (frame.X_WP.p - frame.X_WT.p);
     judge.add(frame, 0, truth, {});
   }
   CHECK(judge.found().jammed == 1);
@@ -180,7 +180,7 @@ TEST_CASE("eval: friction on the plane is within 1 % of its ratio while it slide
   EvalWork work = make_eval_work("flat:50", radius);
   const MeshShapeData mesh = build_shape(std::move(work.soup));
   ScriptedHand hand(work.path);
-  SessionConfig config = plain_session(kStiffness);
+  SessionConfig config = plain_session(kRenderedStiffness);
   config.renderer = Renderer::kVirtualProxy3;
   config.proxy_radius = radius;
   config.objects[0].material.friction_static = ratio;
@@ -223,7 +223,7 @@ TEST_CASE("eval: where legs take turns a sphere settles on the planes of all of 
     const double above = t < 0.05 ? 10e-3 * (1 - t / 0.05) : 0;
     return work.path(1e-3 * kFirst + t) + Vec3{0, 0, above};
   });
-  SessionConfig config = plain_session(kStiffness);
+  SessionConfig config = plain_session(kRenderedStiffness);
   config.renderer = Renderer::kVirtualProxy3;
   config.proxy_radius = kRadius;
   const EvalJudge judge = judge_run(config, mesh.view(), hand, {1, 0}, 150);

@@ -15,10 +15,10 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kStiffness = 800;
+constexpr double kVirtualStiffness = 800;
 
-SessionConfig session(double radius, const MaterialConfig& material = {}) {
-  SessionConfig config = plain_session(kStiffness);
+SessionConfig proxy_session(double radius, const MaterialConfig& material = {}) {
+  SessionConfig config = plain_session(kVirtualStiffness);
   config.renderer = Renderer::kVirtualProxy3;
   config.proxy_radius = radius;
   config.objects[0].material = material;
@@ -64,7 +64,7 @@ Circle circle_on_sphere(double crease_angle, double radius) {
   }
   Vec3 last;
   run(
-      session(radius, material), make_icosphere(size, 4),
+      proxy_session(radius, material), make_icosphere(size, 4),
       [&](double t) {
         const double in = size + radius - depth * std::min(1.0, t / 0.05);
         const double a = 0.6 * t;
@@ -74,7 +74,7 @@ Circle circle_on_sphere(double crease_angle, double radius) {
       [&](const ServoFrame& f, const ContactSet*) {
         if (f.tick > 60) {
           out.largest_turn = std::max(out.largest_turn, angle_between(last, f.F_device_B.f));
-          const double exact = kStiffness * depth;
+          const double exact = kVirtualStiffness * depth;
           out.largest_error = std::max(out.largest_error, std::fabs(norm(f.F_device_B.f) - exact));
         }
         last = f.F_device_B.f;
@@ -88,10 +88,10 @@ TEST_CASE("virtual proxy: effective stiffness is s_s times k exactly", "[lab]") 
   MaterialConfig soft;
   soft.stiffness_share = GENERATE(0.0, 0.25, 0.7, 1.0);
   const double radius = 1e-3;
-  run(session(radius, soft), block_below(), press(3e-3, radius), 0.2, {},
+  run(proxy_session(radius, soft), block_below(), press(3e-3, radius), 0.2, {},
       [&](const ServoFrame& f, const ContactSet*) {
         if (f.tick < 20) return;
-        const double exact = soft.stiffness_share * kStiffness * (radius - f.X_WT.p.z);
+        const double exact = soft.stiffness_share * kVirtualStiffness * (radius - f.X_WT.p.z);
         REQUIRE(std::fabs(f.F_device_B.f.z - exact) <= tol(1e-12));
       });
 }
@@ -102,12 +102,12 @@ TEST_CASE("virtual proxy: it sticks up to the static cone, then the ratio is mu_
   const uint32_t latency = GENERATE(0u, 1u);
   bool slid = false;
   int stuck = 0, slides = 0;
-  run(session(radius, rough(mu_s, mu_d)), block_below(), press(2e-3, radius, {0.01, 0, 0}), 0.6,
-      {1, latency}, [&](const ServoFrame& f, const ContactSet*) {
+  run(proxy_session(radius, rough(mu_s, mu_d)), block_below(), press(2e-3, radius, {0.01, 0, 0}),
+      0.6, {1, latency}, [&](const ServoFrame& f, const ContactSet*) {
         if (f.tick < 110) return;
         const Vec3 force = f.F_device_B.f;
         CAPTURE(f.tick, radius, force, f.X_WT.p, f.X_WP.p);
-        REQUIRE(std::fabs(force.z - kStiffness * 2e-3) <= tol(1e-9));
+        REQUIRE(std::fabs(force.z - kVirtualStiffness * 2e-3) <= tol(1e-9));
         const double angle = f.X_WT.p.x / 2e-3;
         if (angle <= mu_s) {
           ++stuck;
@@ -130,7 +130,7 @@ TEST_CASE("virtual proxy: on a slope it sticks iff the tangent is below mu_s", "
   const double radius = 1e-3;
   double moved = 0, ratio = 0;
   run(
-      session(radius, rough(mu, mu)), block_below(),
+      proxy_session(radius, rough(mu, mu)), block_below(),
       [&](double t) {
         const double depth = 20e-3 * t - 1e-3;
         return Vec3{depth * lean, 0, radius - depth};
@@ -154,7 +154,7 @@ TEST_CASE("virtual proxy: with viscous friction it creeps at (f_t - mu_d f_n)/b"
   // the tool moves sideways by 3 mm within 10 ms and stays
   double last_x = 0;
   int moving = 0;
-  run(session(radius, m), block_below(),
+  run(proxy_session(radius, m), block_below(),
       press(depth, radius,
             [](double t) {
               return 3e-3 * std::min(1.0, t / 0.01) * Vec3{1, 0, 0};
@@ -162,7 +162,7 @@ TEST_CASE("virtual proxy: with viscous friction it creeps at (f_t - mu_d f_n)/b"
       0.4, {}, [&](const ServoFrame& f, const ContactSet*) {
         if (f.tick > 111 && f.tick < 150) {
           ++moving;
-          const double pull = kStiffness * (3e-3 - last_x - 0.2 * depth);
+          const double pull = kVirtualStiffness * (3e-3 - last_x - 0.2 * depth);
           REQUIRE(std::fabs((f.X_WP.p.x - last_x) - pull / 20 * 1e-3) <= tol(1e-9));
         }
         last_x = f.X_WP.p.x;
@@ -179,7 +179,7 @@ TEST_CASE("virtual proxy: what sticks is not dragged off by the verified proxy",
   Vec3 anchor;
   int stuck = 0;
   run(
-      session(radius, rough(1, 1)), make_icosphere(0.05, 4),
+      proxy_session(radius, rough(1, 1)), make_icosphere(0.05, 4),
       [&](double t) {
         const double aside = 3e-3 * std::clamp((t - 0.3) / 0.3, 0.0, 1.0);
         return Vec3{aside, 2e-4, 0.05 + radius - depth * std::min(1.0, t / 0.05)};
@@ -198,7 +198,7 @@ TEST_CASE("virtual proxy: what sticks is not dragged off by the verified proxy",
 
 TEST_CASE("virtual proxy: what sticks is carried by its object", "[lab][trap]") {
   // the plate moves sideways at up to 1 m/s under a hand at rest; the anchor moves with it
-  SessionConfig config = session(1e-3, rough(5, 5));
+  SessionConfig config = proxy_session(1e-3, rough(5, 5));
   oscillate(config.objects[0], {1, 0, 0}, 2e-3);
   config.sim_rate = 1000;
   const MeshShapeData owned = build_shape(block_below());
@@ -227,8 +227,8 @@ TEST_CASE("virtual proxy: shading of a sphere mesh turns the force at least 5 ti
   CAPTURE(radius, flat.largest_turn, shaded.largest_turn, flat.largest_error, shaded.largest_error);
   CHECK(flat.largest_turn >= 5 * shaded.largest_turn);
   // |F| = k·d within the facet error, shaded or not
-  CHECK(flat.largest_error <= 1.01 * kStiffness * flat.sagitta);
-  CHECK(shaded.largest_error <= 1.01 * kStiffness * flat.sagitta);
+  CHECK(flat.largest_error <= 1.01 * kVirtualStiffness * flat.sagitta);
+  CHECK(shaded.largest_error <= 1.01 * kVirtualStiffness * flat.sagitta);
 }
 
 TEST_CASE("virtual proxy: without shading a prism of ten sides turns the force by 36 degrees",
@@ -243,7 +243,7 @@ TEST_CASE("virtual proxy: without shading a prism of ten sides turns the force b
   double largest = 0;
   Vec3 last;
   run(
-      session(0, material), make_prism(outline, 0.05),
+      proxy_session(0, material), make_prism(outline, 0.05),
       [](double t) {
         const double in = 0.049 - 0.004 * std::min(1.0, t / 0.05);
         return Vec3{in * std::cos(0.6 * t + 0.1), in * std::sin(0.6 * t + 0.1), 0.003};
@@ -266,7 +266,7 @@ TEST_CASE("virtual proxy: a crease keeps its edge", "[lab]") {
   MaterialConfig material;
   material.crease_angle = 0.7;
   run(
-      session(1e-3, material), make_box({0.1, 0.1, 0.1}),
+      proxy_session(1e-3, material), make_box({0.1, 0.1, 0.1}),
       [](double t) {
         return Vec3{0.045 * std::sin(3 * t), 0.02, 0.051 - 2e-3 * std::min(1.0, t / 0.1)};
       },
@@ -284,11 +284,11 @@ TEST_CASE("virtual proxy: a sine grating tilts the force by at most atan(2 pi a/
   const double radius = 1e-3;
   double largest = 0, last = 0;
   int crossings = 0;
-  run(session(radius, material), block_below(), press(2e-3, radius, {0.05, 0, 0}), 1.1, {},
+  run(proxy_session(radius, material), block_below(), press(2e-3, radius, {0.05, 0, 0}), 1.1, {},
       [&](const ServoFrame& f, const ContactSet*) {
         if (f.tick <= 100) return;
         const Vec3 force = f.F_device_B.f;
-        REQUIRE(std::fabs(force.z - kStiffness * 2e-3) <= tol(1e-9));
+        REQUIRE(std::fabs(force.z - kVirtualStiffness * 2e-3) <= tol(1e-9));
         largest = std::max(largest, std::atan(std::fabs(force.x) / force.z));
         crossings += last < 0 && force.x >= 0;
         last = force.x;
@@ -300,7 +300,7 @@ TEST_CASE("virtual proxy: a sine grating tilts the force by at most atan(2 pi a/
 
 TEST_CASE("virtual proxy: a line finer than the way of a tick is felt each time", "[lab][trap]") {
   // one bright pixel row of 0.3 mm in a tile of 10 mm, crossed at 1 m/s: 1 mm a tick
-  SessionConfig config = session(1e-3);
+  SessionConfig config = proxy_session(1e-3);
   config.n_images = 1;
   HeightImage& image = config.images[0];
   image.width = 32;
@@ -322,7 +322,7 @@ TEST_CASE(
     "[lab][trap]") {
   const uint32_t period = GENERATE(1u, 5u, 20u);
   const double radius = 1e-3;
-  SessionConfig config = session(radius);
+  SessionConfig config = proxy_session(radius);
   oscillate(config.objects[0], {0, 0, 1}, 0.05);
   config.objects[0].X_WO.p.z = -0.03;
   config.sim_rate = 1000;
@@ -356,7 +356,7 @@ TEST_CASE(
 TEST_CASE("virtual proxy: a plate that turns at 1 m/s under the tool does not pass through",
           "[lab][trap]") {
   const double radius = GENERATE(0.0, 1e-3);
-  SessionConfig config = session(radius);
+  SessionConfig config = proxy_session(radius);
   config.objects[0].motion.kind = MotionKind::kSpin;
   config.objects[0].motion.axis_O = {1, 0, 0};
   config.objects[0].motion.frequency = 1 / (2 * kPi * 0.054);
@@ -399,7 +399,7 @@ TEST_CASE("virtual proxy: with contact throttled to 50 Hz the surface is sticky,
   const uint32_t period = GENERATE(1u, 5u, 10u, 20u);
   const double radius = GENERATE(0.0, 1e-3);
   const double mu = GENERATE(0.0, 0.5);
-  SessionConfig config = session(radius, rough(mu, mu));
+  SessionConfig config = proxy_session(radius, rough(mu, mu));
   config.device.kind = DeviceKind::kSimulatedHand;
   config.device.max_force = 50;
   config.safety.max_force = 50;

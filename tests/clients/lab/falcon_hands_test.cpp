@@ -57,8 +57,8 @@ struct FalconRun : Run {
   double at_hand = 0;  // the largest force of the emulated motors [N]
 };
 
-FalconRun play(const SessionConfig& config, const ContactShapes& shapes,
-               const EmulatedFalconOptions& options) {
+FalconRun play_falcon(const SessionConfig& config, const ContactShapes& shapes,
+                      const EmulatedFalconOptions& options) {
   FalconBench device(options, config.device);
   Lockstep lockstep(config, shapes, device);
   FalconRun run;
@@ -81,7 +81,7 @@ TEST_CASE("falcon: five hands feel the bunny through its bytes, and gain nothing
   REQUIRE(config.coupling.translational_stiffness == 500);
   const BakedSession baked = bake_session(config);
   for (const HandImpedance& hand : played_hands()) {
-    const FalconRun run = play(config, baked.shapes(), falcon_in(hand));
+    const FalconRun run = play_falcon(config, baked.shapes(), falcon_in(hand));
     const double rest = largest_kinetic(run, 7), first = largest_kinetic(run, 0);
     CAPTURE(hand.name, run.faults, run.doubted, run.touching, run.at_hand, rest, first,
             gained(run));

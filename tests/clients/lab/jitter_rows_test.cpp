@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/jitter_rows.h"
+#include "proto/math/units.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,8 +8,6 @@
 
 namespace haptic {
 namespace {
-
-constexpr int64_t kUs = 1000;
 
 /// A round in which every wake is this late, except for one of 300 µs.
 JitterRound make_round(int64_t own_ns, int64_t peer_ns, int64_t hybrid_ns) {

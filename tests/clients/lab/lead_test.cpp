@@ -13,7 +13,7 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr int64_t kSecond = 1'000'000'000;  // [ns]
+constexpr int64_t kSecondNs = 1'000'000'000;  // [ns]
 
 /// The block of 80 mm about the origin, touched by a hand that somebody leads.
 class LedSession {
@@ -86,7 +86,7 @@ TEST_CASE("lead: the servo ends it after 200 ms of silence, in virtual time too"
   }
   session.run(2);
   CHECK((session.frame().device.flags & kDeviceLed) == 0);
-  while (session.frame().t_ns < last_ns + 2 * kSecond) session.run(1);
+  while (session.frame().t_ns < last_ns + 2 * kSecondNs) session.run(1);
   while (alone.frame().t_ns < session.frame().t_ns) alone.run(1);
   CHECK(session.hand->plant().intent_B == alone.hand->plant().intent_B);
 }

@@ -13,13 +13,12 @@
 #include "clients/lab/lockstep.h"
 #include "contact/bake/session.h"
 #include "device-io/device.h"
+#include "proto/math/units.h"
 #include "tests/support/data.h"
 
 using namespace haptic;
 
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// A shipped scene with its hand.
 struct Demo {

@@ -15,7 +15,7 @@ constexpr double kLever = 0.1;       // from the hinge, which lies at x = 30 mm,
 constexpr double kHalfDepth = 0.01;  // of the plate [m]
 constexpr int kTicks = 700;
 
-HandModel pushing_hand() {
+HandModel opening_hand() {
   HandModel hand;
   hand.intent = rise(0, 0.05, 0.4);
   return hand;
@@ -61,7 +61,7 @@ std::vector<double> integrate_hinge(HandModel hand, double stiffness, double mas
 }
 
 std::vector<double> felt_by(const PushedSession& session, uint32_t latency) {
-  Pushed pushed(session, pushing_hand(), latency);
+  Pushed pushed(session, opening_hand(), latency);
   return felt(pushed.lockstep, kTicks);
 }
 
@@ -73,7 +73,7 @@ TEST_CASE("pushed joint: a hinged body pushes back as one integrated at 20 µs d
   CAPTURE(mass, latency);
   const Hinged session(mass, 800, -3);
   const double error =
-      rms_error(felt_by(session, latency), integrate_hinge(pushing_hand(), 800, mass, -3));
+      rms_error(felt_by(session, latency), integrate_hinge(opening_hand(), 800, mass, -3));
   CAPTURE(error);
   CHECK(error <= 0.05);
 }
@@ -86,7 +86,7 @@ TEST_CASE("pushed joint: one that comes to lie against an end stop is a wall the
   CAPTURE(stiffness, mass, lower, latency);
   const Hinged session(mass, stiffness, lower);
   const std::vector<double> force = felt_by(session, latency);
-  const std::vector<double> exact = integrate_hinge(pushing_hand(), stiffness, mass, lower);
+  const std::vector<double> exact = integrate_hinge(opening_hand(), stiffness, mass, lower);
   const double error = rms_error(force, exact);
   CAPTURE(error, largest_step(force, 200), largest_step(exact, 200));
   if (stiffness == 800.0) CHECK(error <= 0.2);
@@ -108,7 +108,7 @@ TEST_CASE("pushed joint: a body on a spring of 500 N/m pushes back as it should"
   joint.damping = kCalm;
   const std::vector<double> force = felt_by(session, latency);
   std::vector<double> exact;
-  HandModel hand = pushing_hand();
+  HandModel hand = opening_hand();
   double x = 0, v = 0;
   for (int k = 0; k < 50 * kTicks; ++k) {
     const double push = stiffness * std::max(0.0, hand.x - x - 0.02);

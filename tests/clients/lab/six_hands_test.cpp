@@ -6,6 +6,7 @@
 #include "clients/lab/lockstep.h"
 #include "contact/bake/session.h"
 #include "device-io/sixmotors/six_motors.h"
+#include "proto/math/units.h"
 #include "tests/clients/lab/hand_energy.h"
 #include "tests/support/data.h"
 #include "tests/support/emulated_arm.h"
@@ -16,11 +17,10 @@ namespace {
 
 using namespace test;
 
-constexpr double kDegree = 0.0174532925199433;
-constexpr uint32_t kDoubt = kDeviceLost | kDeviceStale | kDeviceNoisy;
+constexpr uint32_t kSixDoubt = kDeviceLost | kDeviceStale | kDeviceNoisy;
 
 /// A session file, and what the hand means to do there.
-struct Scene {
+struct SixScene {
   const char* file;
   Vec3 centre_B;  // as its first lines give it [m]
   Vec3 direction_B;
@@ -29,12 +29,12 @@ struct Scene {
   Vec3 turn_axis_B;
 };
 
-const std::vector<Scene> kScenes{
+const std::vector<SixScene> kScenes{
     {"six-peg", {1e-4, 0, 0}, {0, 0, 1}, 0.06, 0.01, 8 * kDegree, 4 * kDegree, {}},
     {"six-gears", {}, {1, 0, 0}, 0.072, 0.0585, 4 * kDegree, 3 * kDegree, {0, 1, 0}},
     {"six-rigid-peg", {2e-5, 0, 0}, {0, 0, 1}, 0.06, 0.01, 8 * kDegree, 2 * kDegree, {}}};
 
-EmulatedDeviceOptions device_in(const HandImpedance& hand, const Scene& scene) {
+EmulatedDeviceOptions device_in(const HandImpedance& hand, const SixScene& scene) {
   EmulatedDeviceOptions options;
   options.arm = &six_motors_arm();
   options.hand.mass = 0.25;
@@ -70,8 +70,8 @@ struct SixRun : Run {
   size_t faults = 0, doubted = 0;
 };
 
-SixRun play(const SessionConfig& config, const ContactShapes& shapes,
-            const EmulatedDeviceOptions& options, size_t ticks) {
+SixRun play_six(const SessionConfig& config, const ContactShapes& shapes,
+                const EmulatedDeviceOptions& options, size_t ticks) {
   EmulatedArm<SixMotors> device(options, config.device);
   Lockstep lockstep(config, shapes, device);
   SixRun run;
@@ -91,7 +91,7 @@ SixRun play(const SessionConfig& config, const ContactShapes& shapes,
     commanded_B = lockstep.frame().F_device_B;
     run.note(config, options.hand, device.board().plant(), lockstep.frame());
     run.faults += (lockstep.frame().flags & kServoFault) != 0;
-    run.doubted += (lockstep.frame().device.flags & kDoubt) != 0;
+    run.doubted += (lockstep.frame().device.flags & kSixDoubt) != 0;
   }
   run.off = {{off, 0, 0}, {off_torque, 0, 0}};
   return run;
@@ -100,7 +100,7 @@ SixRun play(const SessionConfig& config, const ContactShapes& shapes,
 /// The session file as it is, with its damping and its soft start, in the hand that its first lines
 /// give the emulator: what the motors are sent is what the servo commands.
 void check_as_shipped(const SessionConfig& config, const ContactShapes& shapes,
-                      const Scene& scene) {
+                      const SixScene& scene) {
   EmulatedDeviceOptions options = device_in(*find_hand("typical"), scene);
   IntentConfig& intent = options.hand.intent;
   intent.centre_B = scene.centre_B;
@@ -108,7 +108,7 @@ void check_as_shipped(const SessionConfig& config, const ContactShapes& shapes,
   intent.tremor_amplitude = IntentConfig{}.tremor_amplitude;
   options.intention = {};
   // reach, and half of the first slide
-  const SixRun run = play(config, shapes, options, 1000);
+  const SixRun run = play_six(config, shapes, options, 1000);
   CAPTURE(scene.file);
   CHECK(run.faults == 0);
   CHECK(run.doubted == 0);
@@ -124,7 +124,7 @@ void check_as_shipped(const SessionConfig& config, const ContactShapes& shapes,
 
 TEST_CASE("six motors: five hands feel force and torque through the bytes, and gain nothing",
           "[lab]") {
-  const Scene scene = GENERATE(from_range(kScenes));
+  const SixScene scene = GENERATE(from_range(kScenes));
   SessionConfig config = load_config(from_source(std::string("configs/") + scene.file + ".toml"));
   const BakedSession baked = bake_session(config);
   check_as_shipped(config, baked.shapes(), scene);
@@ -132,7 +132,7 @@ TEST_CASE("six motors: five hands feel force and torque through the bytes, and g
   config.safety.soft_start = 0;
   for (const HandImpedance& hand : played_hands()) {
     CAPTURE(scene.file, hand.name);
-    const SixRun run = play(config, baked.shapes(), device_in(hand, scene), kTicks);
+    const SixRun run = play_six(config, baked.shapes(), device_in(hand, scene), kTicks);
     CHECK(run.faults == 0);
     CHECK(run.doubted == 0);
     CHECK(run.at_board <= tol(1));

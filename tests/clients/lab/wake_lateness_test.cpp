@@ -5,14 +5,9 @@
 #include <sstream>
 
 #include "clients/lab/cyclictest.h"
+#include "proto/math/units.h"
 
 namespace haptic {
-namespace {
-
-constexpr int64_t kUs = 1000;
-
-}  // namespace
-
 TEST_CASE("wake lateness: a late wake is shared where the witness was held up at that time") {
   // wakes of the servo at 0, 1, 2, 3 and 4 ms; the last is not late enough to count
   const std::vector<LateWake> servo{{0, 300 * kUs},

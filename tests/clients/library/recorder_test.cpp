@@ -84,7 +84,7 @@ struct Session {
 
 enum TopicIndex : size_t { kServo = 0, kContact = 1, kScene = 2, kControl = 3, kEvents = 4 };
 
-ServoFrame frame_of(uint64_t tick) {
+ServoFrame recorded_frame(uint64_t tick) {
   ServoFrame frame{};
   frame.tick = tick;
   frame.t_ns = static_cast<int64_t>(tick) * 1'000'000;
@@ -94,7 +94,7 @@ ServoFrame frame_of(uint64_t tick) {
 }
 
 void publish(SegmentWriter<ServoChannels>& servo, uint64_t first, uint64_t count) {
-  for (uint64_t i = 0; i < count; ++i) servo.channels().frames.publish(frame_of(first + i));
+  for (uint64_t i = 0; i < count; ++i) servo.channels().frames.publish(recorded_frame(first + i));
 }
 
 std::vector<Event> losses_in(const TraceReader& trace) {
@@ -148,7 +148,7 @@ TEST_CASE("recorder: every ring of the session ends up in the file, bit for bit 
   const std::vector<ServoFrame> frames = trace.read(servo_topic(kFirstHand));
   REQUIRE(frames.size() == 1000);
   for (size_t i = 0; i < frames.size(); ++i) {
-    const ServoFrame expected = frame_of(i + 1);
+    const ServoFrame expected = recorded_frame(i + 1);
     CHECK(std::memcmp(&frames[i], &expected, sizeof expected) == 0);
   }
   const std::vector<ContactSet> got = trace.read(contact_topic(kFirstHand));
@@ -251,7 +251,7 @@ namespace {
 
 /// An incompressible frame.
 ServoFrame noisy_frame(uint64_t tick) {
-  ServoFrame frame = frame_of(tick);
+  ServoFrame frame = recorded_frame(tick);
   std::mt19937_64 random(tick);
   for (Wrench& impulse : frame.object_impulse_W) {
     for (double* part : {&impulse.f.x, &impulse.f.y, &impulse.f.z, &impulse.t.x}) {

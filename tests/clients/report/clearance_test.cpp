@@ -14,6 +14,7 @@
 #include "clients/report/report.h"
 #include "device-io/hand/waypoints.h"
 #include "proto/log/trace.h"
+#include "proto/math/units.h"
 #include "proto/os/message.h"
 #include "proto/wire/mapping.h"
 #include "proto/wire/renderer.h"
@@ -27,7 +28,6 @@ namespace {
 
 using namespace test;
 
-constexpr int64_t kMs = 1'000'000;
 // of mesh_distance and of FCL: edges that are nearly parallel, a few roundings each [m]
 constexpr double kAgree = 1e-9;
 

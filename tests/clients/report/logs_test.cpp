@@ -10,12 +10,12 @@
 #include "clients/report/log_info.h"
 #include "proto/log/recover.h"
 #include "proto/log/trace.h"
+#include "proto/math/units.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kBegin = 1'700'000'000'000'000'000;  // on CLOCK_REALTIME [ns]
 
 ServoFrame frame_of(uint64_t tick) {

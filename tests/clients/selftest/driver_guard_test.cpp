@@ -25,6 +25,7 @@
 #include "device-io/sixmotors/six_motors.h"
 #include "device-io/woodenhaptics/woodenhaptics.h"
 #include "proto/config/devices.h"
+#include "proto/math/units.h"
 #include "tests/clients/selftest/played_device.h"
 #include "tests/support/data.h"
 #include "tests/support/emulated_arm.h"
@@ -39,7 +40,6 @@ namespace {
 
 using namespace test;
 
-constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kVirtualStartNs = 1'001'000'000;  // of the emulated devices' clocks
 
 /// A typical hand that presses 8 mm below a place of B, along `out`, and strokes a little.

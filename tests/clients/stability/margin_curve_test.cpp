@@ -17,12 +17,12 @@ namespace {
 
 /// The criterion by complex arithmetic, as it is written in the paper.
 double by_definition(const CoupledAxis& axis, double frequency) {
-  using Complex = std::complex<double>;
+  using Response = std::complex<double>;
   const double T = axis.period;
-  const Complex later = std::exp(Complex(0, -2 * std::numbers::pi * frequency * T));
-  const Complex hold = 0.5 * (1.0 + later);
-  const Complex device = axis.damping + axis.mass * (1.0 - later) / T;
-  const Complex coupling = axis.coupling_damping + axis.stiffness * T / (1.0 - later);
+  const Response later = std::exp(Response(0, -2 * std::numbers::pi * frequency * T));
+  const Response hold = 0.5 * (1.0 + later);
+  const Response device = axis.damping + axis.mass * (1.0 - later) / T;
+  const Response coupling = axis.coupling_damping + axis.stiffness * T / (1.0 - later);
   return std::cos(std::arg(hold)) + 2 * device.real() * (1.0 / coupling).real() / std::abs(hold) -
          1;
 }

@@ -6,12 +6,12 @@
 
 #include "clients/torture/faults.h"
 #include "proto/log/trace.h"
+#include "proto/math/units.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kStart = 9'000 * kMs;
 
 /// A recording of one frame per millisecond from `from` to `to` [ms], without those in `missing`.

@@ -9,6 +9,7 @@
 #include "device-io/emulator/log.h"
 #include "device-io/emulator/log_reader.h"
 #include "device-io/sixmotors/kinematics.h"
+#include "proto/math/units.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -16,8 +17,7 @@ namespace {
 
 using Records = std::vector<EmulatorRecord>;
 
-constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kStart = 5'000 * kMs;
+constexpr int64_t kFirstNs = 5'000 * kMs;
 constexpr double kDepth = 5e-3;         // where the hand presses [m]
 constexpr double kWall = 500 * kDepth;  // [N]
 const ForceRules kRules;
@@ -53,7 +53,7 @@ Records account_at(const Arm& arm, const MotorCounts& counts,
   Records out;
   for (int i = 0; i < 1000; ++i) {
     EmulatorRecord r{};
-    r.t_ns = kStart + i * kMs;
+    r.t_ns = kFirstNs + i * kMs;
     r.commands = static_cast<uint64_t>(i) + 1;
     r.counts = r.answered = r.said_first = counts;
     const Wrench F_B = felt(i);
@@ -74,7 +74,7 @@ Records account(const std::function<double(double)>& share, double depth = kDept
 }
 
 JudgedFault fault(Effect effect, double begin_ms, double over_ms) {
-  const auto at = [](double ms) { return kStart + static_cast<int64_t>(ms * kMs); };
+  const auto at = [](double ms) { return kFirstNs + static_cast<int64_t>(ms * kMs); };
   return {effect, at(begin_ms), over_ms > 0 ? at(over_ms) : 0, 0, {}};
 }
 
@@ -213,7 +213,7 @@ TEST_CASE("judge: a violation says what it was, when, how much, and what was all
   const auto spike = account([](double t) { return t == 400 ? 1.02 : 1; });
   const ForceViolation beyond = only(spike, fault(Effect::kFade, 100, 110));
   CHECK(beyond.breach == ForceBreach::kBeyondWall);
-  CHECK(beyond.t_ns == kStart + 400 * kMs);
+  CHECK(beyond.t_ns == kFirstNs + 400 * kMs);
   const auto step = account([](double t) { return t < 300 ? faded(t) : t < 500 ? 0 : 1; });
   const ForceViolation rise = only(step, fault(Effect::kFade, 100, 500));
   CHECK(rise.breach == ForceBreach::kRise);
@@ -243,10 +243,10 @@ TEST_CASE("judge: planes that are not there may push beyond the wall, but not in
 TEST_CASE("judge: what broke before a fault is not the fault's, and hides nothing of it") {
   const auto records = account([](double t) { return t == 60 || t == 400 ? 1.02 : 1; });
   JudgedFault f = fault(Effect::kLimits, 100, 110);
-  f.from_ns = kStart + 90 * kMs;
+  f.from_ns = kFirstNs + 90 * kMs;
   const auto verdict = judge_force(kRules, records, f);
   REQUIRE(verdict.violations.size() == 1);
-  CHECK(verdict.violations.front().t_ns == kStart + 400 * kMs);
+  CHECK(verdict.violations.front().t_ns == kFirstNs + 400 * kMs);
 }
 
 TEST_CASE("judge: commands that a sleeping device read late may follow each other closely") {
@@ -254,15 +254,15 @@ TEST_CASE("judge: commands that a sleeping device read late may follow each othe
   Records records =
       account([](double t) { return t < 400 ? 1 : std::min(1.0, (t - 400) * 0.2 / kWall); });
   const auto asleep = [](const EmulatorRecord& r) {
-    return r.t_ns > kStart + 400 * kMs && r.t_ns < kStart + 410 * kMs;
+    return r.t_ns > kFirstNs + 400 * kMs && r.t_ns < kFirstNs + 410 * kMs;
   };
   const auto first = std::find_if(records.begin(), records.end(), asleep);
   for (auto r = first; r != records.end() && asleep(*r); ++r) {
-    r->t_ns = kStart + 409 * kMs + 700'000 + 10'000 * (r - first);
+    r->t_ns = kFirstNs + 409 * kMs + 700'000 + 10'000 * (r - first);
   }
   JudgedFault f = fault(Effect::kLimits, 300, 310);
   CHECK(breaks(judge_force(kRules, records, f), ForceBreach::kRise));
-  f.stalls = {{kStart + 400 * kMs, kStart + 410 * kMs}};
+  f.stalls = {{kFirstNs + 400 * kMs, kFirstNs + 410 * kMs}};
   CHECK(judge_force(kRules, records, f).violations.empty());
 }
 
@@ -280,12 +280,12 @@ TEST_CASE("judge: a change where nothing may change is caught, unless the machin
   JudgedFault f = fault(Effect::kNothing, 100, 600);
   REQUIRE(judge_force(kRules, records, f).violations.size() == 1);
   CHECK(breaks(judge_force(kRules, records, f), ForceBreach::kChanged));
-  f.stalls = {{kStart + 200 * kMs, kStart + 220 * kMs}};
+  f.stalls = {{kFirstNs + 200 * kMs, kFirstNs + 220 * kMs}};
   const ForceVerdict excused = judge_force(kRules, records, f);
   CHECK(excused.violations.empty());
   CHECK(excused.excused == 1);
   // a stall long before or after excuses nothing
-  f.stalls = {{kStart - 200 * kMs, kStart}, {kStart + 301 * kMs, kStart + 400 * kMs}};
+  f.stalls = {{kFirstNs - 200 * kMs, kFirstNs}, {kFirstNs + 301 * kMs, kFirstNs + 400 * kMs}};
   CHECK(breaks(judge_force(kRules, records, f), ForceBreach::kChanged));
 }
 
@@ -299,7 +299,7 @@ TEST_CASE("judge: a stale wall is caught, and what the machine was late by is al
   JudgedFault f = fault(Effect::kFade, 100, 500);
   CHECK(judge_force(kRules, late(0), f).violations.empty());
   CHECK(breaks(judge_force(kRules, late(20), f), ForceBreach::kLateFade));
-  f.stalls = {{kStart + 130 * kMs, kStart + 150 * kMs}};
+  f.stalls = {{kFirstNs + 130 * kMs, kFirstNs + 150 * kMs}};
   CHECK(judge_force(kRules, late(20), f).violations.empty());
   // a wall that stays for ever is not due to the machine
   CHECK(breaks(judge_force(kRules, account(full), f), ForceBreach::kLateFade));
@@ -310,7 +310,7 @@ TEST_CASE("judge: a zero that comes after 20 ms, or never, is caught") {
   JudgedFault f = fault(Effect::kZero, 100, 500);
   CHECK(breaks(judge_force(kRules, late, f), ForceBreach::kLateZero));
   CHECK(judge_force(kRules, late, f).zero_after_ns == 25 * kMs);
-  f.stalls = {{kStart + 110 * kMs, kStart + 120 * kMs}};
+  f.stalls = {{kFirstNs + 110 * kMs, kFirstNs + 120 * kMs}};
   CHECK(judge_force(kRules, late, f).violations.empty());
   CHECK(breaks(judge_force(kRules, account(full), f), ForceBreach::kLateZero));
 }
@@ -332,9 +332,9 @@ TEST_CASE("judge: a device that was away must be greeted with zero") {
 
 TEST_CASE("judge: the hand is whole again with the first of ten commands that are the spring") {
   const Records records = account(closed);
-  CHECK(whole_again(kRules, records, kStart) == kStart);
-  CHECK(whole_again(kRules, records, kStart + 150 * kMs) == kStart + 600 * kMs);
-  CHECK_FALSE(whole_again(kRules, records, kStart + 995 * kMs));
+  CHECK(whole_again(kRules, records, kFirstNs) == kFirstNs);
+  CHECK(whole_again(kRules, records, kFirstNs + 150 * kMs) == kFirstNs + 600 * kMs);
+  CHECK_FALSE(whole_again(kRules, records, kFirstNs + 995 * kMs));
 }
 
 TEST_CASE("judge: a standstill of the emulator is what is longer than its own period") {
@@ -342,13 +342,13 @@ TEST_CASE("judge: a standstill of the emulator is what is longer than its own pe
   records.erase(records.begin() + 301, records.begin() + 350);  // 50 ms from 300 to 350
   const std::vector<Stall> stalls = emulator_stalls(records);
   REQUIRE(stalls.size() == 1);
-  CHECK(held_up(stalls, kStart, kStart + 999 * kMs) == 39 * kMs);
-  CHECK(held_up(stalls, kStart + 330 * kMs, kStart + 999 * kMs) == 20 * kMs);
-  CHECK(held_up(stalls, kStart, kStart + 300 * kMs) == 0);
+  CHECK(held_up(stalls, kFirstNs, kFirstNs + 999 * kMs) == 39 * kMs);
+  CHECK(held_up(stalls, kFirstNs + 330 * kMs, kFirstNs + 999 * kMs) == 20 * kMs);
+  CHECK(held_up(stalls, kFirstNs, kFirstNs + 300 * kMs) == 0);
   // two witnesses of one stall count as one
-  const std::vector<Stall> other{{kStart, kStart + 2 * kMs},
-                                 {kStart + 340 * kMs, kStart + 360 * kMs}};
-  CHECK(held_up(merge_stalls(stalls, other), kStart, kStart + 999 * kMs) == 51 * kMs);
+  const std::vector<Stall> other{{kFirstNs, kFirstNs + 2 * kMs},
+                                 {kFirstNs + 340 * kMs, kFirstNs + 360 * kMs}};
+  CHECK(held_up(merge_stalls(stalls, other), kFirstNs, kFirstNs + 999 * kMs) == 51 * kMs);
 }
 
 TEST_CASE("judge: a servo that was let go while the machine stood still climbs by its soft start") {
@@ -439,10 +439,10 @@ TEST_CASE("judge: a torque that ends as the force does breaks nothing") {
     CHECK(none(full, fault(Effect::kNothing, 100, 600)));
     CHECK(none(faded, fault(Effect::kFade, 100, 500)));
     CHECK(none(closed, fault(Effect::kZero, 100, 500)));
-    const auto whole = whole_again(rules, account_of_six(closed, closed), kStart + 150 * kMs);
+    const auto whole = whole_again(rules, account_of_six(closed, closed), kFirstNs + 150 * kMs);
     REQUIRE(whole);
     // a step of the currents is a hundredth of the torque
-    CHECK(std::llabs(*whole - (kStart + 600 * kMs)) <= kMs);
+    CHECK(std::llabs(*whole - (kFirstNs + 600 * kMs)) <= kMs);
   }
 }
 

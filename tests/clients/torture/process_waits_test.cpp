@@ -15,12 +15,11 @@
 #include <thread>
 
 #include "clients/lab/forked_process.h"
+#include "proto/math/units.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
 namespace {
-
-constexpr int64_t kMs = 1'000'000;
 
 /// Repeats an action until it is killed.
 class Child {

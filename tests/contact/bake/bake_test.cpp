@@ -27,7 +27,6 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-constexpr uint64_t kPlenty = uint64_t{4} << 30;
 constexpr double kLengthTolerance = 1e-12;  // [m]
 
 ObjectConfig object_at(const std::string& path) {
@@ -82,10 +81,6 @@ Soup float_sphere() {
     v = {to_float_grid(v.x), to_float_grid(v.y), to_float_grid(v.z)};
   }
   return sphere;
-}
-
-std::string replaced(std::string text, const std::string& what, const std::string& with) {
-  return text.replace(text.find(what), what.size(), with);
 }
 
 std::string cut(const std::string& text, size_t bytes) {
@@ -181,11 +176,12 @@ TEST_CASE("bake: NaN and infinite coordinates are refused with their line") {
   const Bench bench;
   const std::string obj = "v 0 0 0\nv 1 nan 0\nv 1 1 0\nf 1 2 3\n";
   bench.refuses("n.obj", obj, {"n.obj:2", "'nan'"});
-  bench.refuses("i.obj", replaced(obj, "nan", "-inf"), {"i.obj:2"});
-  bench.refuses("w.obj", replaced(obj, "nan", "1,5"), {"not a number"});
-  bench.refuses("h.obj", replaced(obj, "nan", "1e999"), {"h.obj:2"});
+  bench.refuses("i.obj", first_replaced(obj, "nan", "-inf"), {"i.obj:2"});
+  bench.refuses("w.obj", first_replaced(obj, "nan", "1,5"), {"not a number"});
+  bench.refuses("h.obj", first_replaced(obj, "nan", "1e999"), {"h.obj:2"});
   bench.refuses("n.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 nan\n3 0 1 2\n", {"n.off:5"});
-  bench.refuses("n.stl", replaced(as_text_stl(make_box({1, 1, 1})), "-0.5", "NaN"), {"n.stl:4"});
+  bench.refuses("n.stl", first_replaced(as_text_stl(make_box({1, 1, 1})), "-0.5", "NaN"),
+                {"n.stl:4"});
   Soup box = make_box({1, 1, 1});
   box.vertices[3].y = std::nan("");
   bench.refuses("t.ply", as_text_ply(box), {"t.ply:13"});

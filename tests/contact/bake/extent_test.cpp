@@ -14,8 +14,6 @@ namespace {
 
 using Catch::Contains;
 
-constexpr uint64_t kPlenty = uint64_t{4} << 30;
-
 /// A cube of this edge in a file, baked without the cache.
 class Cube {
  public:
@@ -29,7 +27,7 @@ class Cube {
     assign(object.mesh, path_);
     object.unit = unit;
     object.size = size;
-    return bake_object(object, kPlenty).report.size;
+    return bake_object(object, test::kPlenty).report.size;
   }
   std::string problem_at(double unit, double size) const {
     return test::refusal<MeshError>([&] { size_at(unit, size); });

@@ -13,12 +13,12 @@
 #include "contact/shape/mesh/primitives.h"
 #include "proto/ipc/eye_file.h"
 #include "tests/support/cgal_pairs.h"
+#include "tests/support/mesh_files.h"
 
 using namespace haptic;
+using haptic::test::kPlenty;
 
 namespace {
-
-constexpr uint64_t kPlenty = uint64_t{1} << 30;
 
 /// A unit box with its middle at x, and what a hull of two of them is.
 std::vector<Vec3> corners_at(double x) {

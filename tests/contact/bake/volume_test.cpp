@@ -31,7 +31,7 @@ struct Cache {
   }
 };
 
-BakedShape bake(const Soup& soup, bool allow_open = false) {
+BakedShape baked_volume(const Soup& soup, bool allow_open = false) {
   ShapeConfig object;
   assign(object.name, "thing");
   object.allow_open = allow_open;
@@ -79,7 +79,7 @@ std::string refused(const std::function<void()>& work) {
 
 TEST_CASE("bake volume: the cache gives back the same map, field and shell") {
   const Cache cache;
-  const BakedShape shape = bake(make_icosphere(0.02, 3));
+  const BakedShape shape = baked_volume(make_icosphere(0.02, 3));
   const BakedVolume obstacle = bake_obstacle(shape, coarse()), tool = bake_tool(shape, coarse());
   CHECK_FALSE(obstacle.from_cache);
   CHECK_FALSE(tool.from_cache);
@@ -97,7 +97,7 @@ TEST_CASE("bake volume: the cache gives back the same map, field and shell") {
 
 TEST_CASE("bake volume: each option that matters is another entry, the others are not") {
   const Cache cache;
-  const BakedShape shape = bake(make_box({0.02, 0.02, 0.02}));
+  const BakedShape shape = baked_volume(make_box({0.02, 0.02, 0.02}));
   bake_obstacle(shape, coarse());
   VoxelConfig other = coarse();
   other.stiffness = 5, other.budget = 7, other.point_spacing = 1e-3;
@@ -111,13 +111,13 @@ TEST_CASE("bake volume: each option that matters is another entry, the others ar
     CHECK_FALSE(bake_obstacle(shape, changed).from_cache);
     CHECK(bake_obstacle(shape, changed).from_cache);
   }
-  CHECK_FALSE(bake_obstacle(bake(make_box({0.02, 0.02, 0.021})), coarse()).from_cache);
+  CHECK_FALSE(bake_obstacle(baked_volume(make_box({0.02, 0.02, 0.021})), coarse()).from_cache);
 }
 
 TEST_CASE("bake volume: the field of a sphere is its distance, the map has none without one") {
   const Cache cache;
   constexpr double kRadius = 0.02;
-  const BakedShape shape = bake(make_icosphere(kRadius, 4));
+  const BakedShape shape = baked_volume(make_icosphere(kRadius, 4));
   std::vector<double> shares;
   const BakedVolume baked = bake_obstacle(shape, coarse(), [&](std::string_view what, double s) {
     if (what == "distance field") shares.push_back(s);
@@ -143,7 +143,7 @@ TEST_CASE("bake volume: the field of a sphere is its distance, the map has none 
 
 TEST_CASE("bake volume: an open mesh has no inside, is refused, and is a sheet on request") {
   const Cache cache;
-  const BakedShape shape = bake(open_box(), true);
+  const BakedShape shape = baked_volume(open_box(), true);
   CHECK_THAT(refused([&] { bake_obstacle(shape, coarse()); }),
              Contains("thing") && Contains("not closed (4 border edges)") &&
                  Contains("no inside") && Contains("fill its holes") &&
@@ -164,7 +164,7 @@ TEST_CASE("bake volume: an open mesh has no inside, is refused, and is a sheet o
 
 TEST_CASE("bake volume: too many voxels are refused with the size that would do") {
   const Cache cache;
-  const BakedShape shape = bake(make_box({0.1, 0.01, 0.01}));
+  const BakedShape shape = baked_volume(make_box({0.1, 0.01, 0.01}));
   VoxelConfig fine = coarse();
   fine.size = 1e-5;
   CHECK_THAT(refused([&] { bake_obstacle(shape, fine); }),
@@ -173,7 +173,7 @@ TEST_CASE("bake volume: too many voxels are refused with the size that would do"
 
 TEST_CASE("bake volume: a damaged cache is said and baked again") {
   const Cache cache;
-  const BakedShape shape = bake(make_box({0.02, 0.02, 0.02}));
+  const BakedShape shape = baked_volume(make_box({0.02, 0.02, 0.02}));
   const BakedVolume fresh = bake_obstacle(shape, coarse());
   REQUIRE(cache.files().size() == 1);
   const std::filesystem::path file = cache.files()[0];

@@ -2,14 +2,13 @@
 // The path of a commanded arm, against straight lines written out.
 #include "device-io/arm/arm_path.h"
 
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
 using namespace haptic::test;
 
 namespace {
-
-constexpr int64_t kMs = 1'000'000;
 
 Pose at_x(double x) {
   return {{x, 0, 0}, {}};

@@ -4,14 +4,13 @@
 
 #include <limits>
 
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
 using namespace haptic::test;
 
 namespace {
-
-constexpr int64_t kMs = 1'000'000;
 
 DeviceConfig arm_config() {
   DeviceConfig config;

@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "proto/math/units.h"
 #include "tests/support/driver/rows.h"
 #include "tests/support/near.h"
 
@@ -16,8 +17,6 @@ using namespace haptic;
 using namespace haptic::test;
 
 namespace {
-
-constexpr int64_t kMs = 1'000'000;
 
 std::vector<DriverRow> rows_and_variants() {
   std::vector<DriverRow> all = driver_rows();

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
+#include "proto/math/units.h"
 #include "tests/support/driver/rows.h"
 
 using namespace haptic;
@@ -12,7 +13,6 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr int kFoundWithin = 100;  // as documented [ticks]
 
 /// A driver and a lie of its device.

@@ -6,6 +6,7 @@
 
 #include "device-io/emulator/fault_order.h"
 #include "device-io/hand/impedance.h"
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
@@ -13,7 +14,6 @@ using haptic::test::IsNear;
 
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 const WoodenHapticsGeometry kArm;
 
 /// An arm in a typical hand that aims at the origin.

@@ -7,6 +7,7 @@
 #include <random>
 #include <string>
 
+#include "proto/math/units.h"
 #include "tests/support/driver/rows.h"
 #include "tests/support/near.h"
 #include "tests/support/usb/falcon_bench.h"
@@ -15,8 +16,6 @@ using namespace haptic;
 using namespace haptic::test;
 
 namespace {
-
-constexpr int64_t kMs = 1'000'000;
 
 /// A Falcon that a typical hand presses for a while.
 Wall pressed(EmulatedFalconOptions options = {}) {

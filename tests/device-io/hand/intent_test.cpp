@@ -12,11 +12,11 @@
 
 using namespace haptic;
 using haptic::test::IsNear;
+using haptic::test::kAlgebra;
 using haptic::test::tol;
 
 namespace {
 
-constexpr double kAlgebra = 1e-12;  // a few roundings of lengths below a metre
 constexpr double kCycles = 40;
 
 IntentConfig calm() {

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "device-io/hand/simulated_hand.h"
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
@@ -17,10 +18,9 @@ using haptic::test::tol;
 
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr Intent kAtRest{};
 
-DeviceState read_at(SimulatedHand& hand, int64_t tick) {
+DeviceState read_led(SimulatedHand& hand, int64_t tick) {
   DeviceState state{};
   hand.read({tick * kMs, tick * kMs}, state);
   return state;
@@ -102,8 +102,8 @@ TEST_CASE("simulated hand: led, it begins and ends without a jump and goes on as
   double fastest = 0, spinning = 0, jerked = 0, twisted = 0;
   for (int64_t k = 0; k < 6000; ++k) {
     const bool leads = k >= 700 && k < 3000;
-    const DeviceState state = read_at(led, k);
-    read_at(alone, k);
+    const DeviceState state = read_led(led, k);
+    read_led(alone, k);
     led.lead(leads ? std::optional(wanted) : std::nullopt);
     const HandPlant& now = led.plant();
     const Twist v{(now.intent_B - before.intent_B) / 1e-3,
@@ -142,9 +142,9 @@ TEST_CASE("simulated hand: nobody is led by what is no place, and never out of t
   SimulatedHand hand(config), alone(config), far(config);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (int64_t k = 0; k < 3000; ++k) {
-    read_at(hand, k);
-    read_at(alone, k);
-    read_at(far, k);
+    read_led(hand, k);
+    read_led(alone, k);
+    read_led(far, k);
     hand.lead(k % 2 == 0 ? std::nullopt : std::optional(Pose{{nan, 0, 0}, {}}));
     far.lead(Pose{{0.01, 1e6, 0}, {}});
     REQUIRE(hand.plant().p_B == alone.plant().p_B);
@@ -158,7 +158,7 @@ TEST_CASE("simulated hand: a device that no hand holds is not led", "[device-io]
   config.hand.hand_stiffness = config.hand.hand_damping = config.hand.hand_mass = 0;
   SimulatedHand hand(config);
   for (int64_t k = 0; k < 100; ++k) {
-    CHECK((read_at(hand, k).flags & kDeviceLed) == 0);
+    CHECK((read_led(hand, k).flags & kDeviceLed) == 0);
     hand.lead(Pose{{0.1, 0, 0}, {}});
   }
   CHECK(hand.plant().p_B == Vec3{});

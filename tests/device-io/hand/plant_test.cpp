@@ -8,16 +8,15 @@
 #include <numbers>
 #include <vector>
 
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
 using haptic::test::IsNear;
+using haptic::test::kAlgebra;
 using haptic::test::tol;
 
 namespace {
-
-constexpr double kAlgebra = 1e-12;
-constexpr int64_t kMs = 1'000'000;
 
 /// A way that a handle moves on or turns about. Turning has a thousandth of everything, so that the
 /// numbers of its motion are the same.

@@ -8,16 +8,15 @@
 #include <numbers>
 #include <vector>
 
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
 using haptic::test::IsNear;
+using haptic::test::kAlgebra;
 using haptic::test::tol;
 
 namespace {
-
-constexpr double kAlgebra = 1e-12;
-constexpr int64_t kMs = 1'000'000;
 
 TickTime tick_at(int64_t t_ns) {
   return {t_ns, t_ns};

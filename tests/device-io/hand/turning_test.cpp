@@ -9,6 +9,7 @@
 
 #include "device-io/hand/plant.h"
 #include "device-io/hand/portable_turn.h"
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
@@ -17,7 +18,6 @@ using haptic::test::tol;
 
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 const Vec3 kOblique = normalized(Vec3{0.3, -0.5, 0.7});
 
 /// Inertia and damper only: no hand, no friction, no encoder.

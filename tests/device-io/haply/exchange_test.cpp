@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "device-io/haply/haply.h"
+#include "proto/math/units.h"
 #include "tests/support/driver/spoiled.h"
 #include "tests/support/torture_scale.h"
 
@@ -16,11 +17,10 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
-using Bytes = std::array<uint8_t, 10>;
+using AnswerBytes = std::array<uint8_t, 10>;
 
-Bytes answer_of(uint8_t number, float first, float second) {
-  Bytes bytes{number, kHaplyDevice};
+AnswerBytes answer_bytes(uint8_t number, float first, float second) {
+  AnswerBytes bytes{number, kHaplyDevice};
   const auto a = std::bit_cast<std::array<uint8_t, 4>>(first);
   const auto b = std::bit_cast<std::array<uint8_t, 4>>(second);
   std::copy(a.begin(), a.end(), bytes.begin() + 2);
@@ -44,7 +44,7 @@ TEST_CASE("haply exchange: each question has another number than the last", "[de
     before = question[1];
     numbers.insert(before);
     CHECK_FALSE(exchange.may_ask(i * kMs + 1));
-    exchange.hear(answer_of(before, 1, 2), i * kMs + 500'000);
+    exchange.hear(answer_bytes(before, 1, 2), i * kMs + 500'000);
   }
   CHECK(numbers.size() == 39);
   CHECK(exchange.answered() == 2000);
@@ -59,17 +59,17 @@ TEST_CASE("haply exchange: a question is repeated with its number, and all its a
   CHECK(exchange.ask(6 * kMs)[1] == number);
   CHECK_FALSE(exchange.may_ask(15 * kMs));
   CHECK(exchange.ask(16 * kMs)[1] == number);
-  exchange.hear(answer_of(number, 3, 4), 17 * kMs);
+  exchange.hear(answer_bytes(number, 3, 4), 17 * kMs);
   const auto sample = mailbox.newest();
   REQUIRE(sample);
   CHECK(sample->asked_ns == kMs);
   CHECK(sample->heard_ns == 17 * kMs);
   CHECK(sample->counts == std::array<int16_t, 3>{3, 4, 0});
   exchange.ask(18 * kMs);
-  exchange.hear(answer_of(number, 30, 40), 19 * kMs);
-  exchange.hear(answer_of(number, 30, 40), 19 * kMs);
+  exchange.hear(answer_bytes(number, 30, 40), 19 * kMs);
+  exchange.hear(answer_bytes(number, 30, 40), 19 * kMs);
   CHECK(exchange.old() == 0);
-  exchange.hear(answer_of(number, 30, 40), 19 * kMs);
+  exchange.hear(answer_bytes(number, 30, 40), 19 * kMs);
   CHECK(exchange.old() == 1);
   CHECK(mailbox.newest()->counts[0] == 3);
 }
@@ -80,7 +80,7 @@ TEST_CASE("haply exchange: a torque that the servo has not renewed is zero", "[d
   mailbox.post({{1000, -1000, 0}, 0}, kMs);
   const HaplyQuestion first = exchange.ask(2 * kMs);
   CHECK(first[11] != 0);
-  exchange.hear(answer_of(first[1], 0, 0), 3 * kMs);
+  exchange.hear(answer_bytes(first[1], 0, 0), 3 * kMs);
   const HaplyQuestion late = exchange.ask(12 * kMs);
   CHECK(std::all_of(late.begin() + 4, late.end(), [](uint8_t byte) { return byte == 0; }));
 }
@@ -95,7 +95,7 @@ TEST_CASE("haply exchange: fuzz: answers that are right, damaged, cut, doubled o
         const auto count = [&] {
           return static_cast<float>(static_cast<int>(random() % 4000) - 2000);
         };
-        const Bytes bytes = answer_of(question[1], count(), count());
+        const AnswerBytes bytes = answer_bytes(question[1], count(), count());
         return std::vector<uint8_t>(bytes.begin(), bytes.end());
       });
   CHECK(fresh > n / 2);

@@ -98,7 +98,7 @@ int ticks_until_fresh(Haply& device, DeviceState& state) {
 }
 
 template <size_t N>
-EmulatedHaply::Bytes bytes_of(const std::array<uint8_t, N>& bytes) {
+EmulatedHaply::Bytes sent_bytes(const std::array<uint8_t, N>& bytes) {
   return {bytes.begin(), bytes.end()};
 }
 
@@ -122,7 +122,7 @@ TEST_CASE("haply line: a board that is new is set up, and its handle is at home"
 TEST_CASE("haply line: a board that is set up keeps its counts", "[device-io]") {
   Desk desk;
   {
-    EmulatedHaply::Bytes before = bytes_of(encode_haply_setup(kHaplyDevice, {}));
+    EmulatedHaply::Bytes before = sent_bytes(encode_haply_setup(kHaplyDevice, {}));
     const HaplyQuestion half = encode_haply(0x20, 9000, 9000);
     // in the middle of a question
     if (GENERATE(false, true)) before.insert(before.end(), half.begin(), half.begin() + 9);
@@ -141,7 +141,7 @@ TEST_CASE(
     "[device-io]") {
   Desk desk;
   {
-    EmulatedHaply::Bytes before = bytes_of(encode_haply_setup(5, {{{180, 13824}, {0, 13824}}}));
+    EmulatedHaply::Bytes before = sent_bytes(encode_haply_setup(5, {{{180, 13824}, {0, 13824}}}));
     if (GENERATE(false, true)) {
       const HaplyTorques half = encode_haply_torques(5, {0.1f, 0.1f});
       before.insert(before.end(), half.begin(), half.begin() + 7);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
@@ -12,7 +13,6 @@ using haptic::test::IsNear;
 
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 const PantographGeometry kHaplyArm;
 
 }  // namespace

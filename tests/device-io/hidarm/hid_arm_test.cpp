@@ -6,13 +6,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "proto/math/units.h"
 #include "tests/support/driver/rows.h"
 #include "tests/support/usb/hid_arm_bench.h"
 
 using namespace haptic;
 using namespace haptic::test;
-
-static constexpr int64_t kMs = 1'000'000;
 
 TEST_CASE("hid arm: reports that are lost are counted", "[device-io]") {
   Wall w(driver_row("hid arm"));

@@ -4,17 +4,15 @@
 // out here with its own signs.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 
 #include "device-io/hidarm/hid_arm.h"
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
 using haptic::test::IsNear;
 
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 /// θ_A, θ_B, θ_C of the reference for counts of the board.
 Vec3 reference_angles(const HidArmConfig& c, const MotorCounts& n) {

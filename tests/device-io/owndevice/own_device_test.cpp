@@ -5,14 +5,13 @@
 
 #include <catch2/catch.hpp>
 
+#include "proto/math/units.h"
 #include "tests/support/driver/rows.h"
 #include "tests/support/emulated_arm.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
 using namespace haptic::test;
-
-static constexpr int64_t kMs = 1'000'000;
 
 TEST_CASE("own device: the numbers of the line mean what its page says", "[device-io]") {
   // by hand from docs/your-own-device.md

@@ -9,13 +9,12 @@
 
 #include "device-io/replay/replay.h"
 #include "proto/config/devices.h"
+#include "proto/math/units.h"
 #include "servo/safety/safety.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
 namespace {
-
-constexpr int64_t kMs = 1'000'000;
 
 Vec3 position(double t) {
   return {0.05 * std::sin(2 * t), 0.1 * t, 0.02};

@@ -5,25 +5,23 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
-#include <numbers>
 
 #include "proto/config/devices.h"
+#include "proto/math/units.h"
 #include "tests/support/data.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
 using haptic::test::IsNear;
+using haptic::test::kAlgebra;
 using haptic::test::tol;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kAlgebra = 1e-12;
-constexpr int64_t kMs = 1'000'000;
 constexpr double kGap = 0.02;
 
 /// A hand that swings and turns slowly enough for a camera at 75 Hz.
-Vec3 position(double t) {
+Vec3 position_on_way(double t) {
   return {0.05 * std::sin(2 * kPi * t), 0.03 * std::cos(2 * kPi * 0.7 * t), 0.1 * t};
 }
 Vec3 velocity(double t) {
@@ -37,7 +35,8 @@ DeviceState sample_at(int64_t t_ns) {
   DeviceState sample{};
   sample.t_ns = t_ns;
   // rotated at the start, so that B and H differ
-  sample.X_BH = {position(t), from_rotation_vector(t * kSpin) * from_rotation_vector({1, 2, -1})};
+  sample.X_BH = {position_on_way(t),
+                 from_rotation_vector(t * kSpin) * from_rotation_vector({1, 2, -1})};
   sample.flags = kDeviceFresh | kDeviceHomed;
   return sample;
 }
@@ -104,7 +103,7 @@ TEST_CASE("replay: 75 Hz becomes 1 kHz with cubic error", "[device-io]") {
     // within a microsecond of a sample, the sample's own time is used
     REQUIRE(std::abs(state.t_ns - t_ns) <= 1000);
     const double t = 1e-9 * static_cast<double>(state.t_ns);
-    worst_p = std::max(worst_p, norm(state.X_BH.p - position(t)));
+    worst_p = std::max(worst_p, norm(state.X_BH.p - position_on_way(t)));
     worst_v = std::max(worst_v, norm(state.V_BH.v - velocity(t)));
     worst_q = std::max(worst_q, norm(rotation_between(sample_at(state.t_ns).X_BH.q, state.X_BH.q)));
     worst_w = std::max(worst_w, norm(state.V_BH.w - kSpin));
@@ -127,7 +126,7 @@ TEST_CASE("replay: halving the sample period divides the error of the cubic by e
     double error = 0;
     for (int64_t t_ns = 200 * kMs; t_ns < 1800 * kMs; t_ns += 333'333) {
       const DeviceState state = curve.at(t_ns);
-      const Vec3 truth = position(1e-9 * static_cast<double>(state.t_ns));
+      const Vec3 truth = position_on_way(1e-9 * static_cast<double>(state.t_ns));
       error = std::max(error, norm(state.X_BH.p - truth));
     }
     return error;
@@ -149,7 +148,7 @@ TEST_CASE("replay: the twist is the finite difference of the poses it shows", "[
   }
 }
 
-TEST_CASE("replay: position and velocity do not jump at a sample", "[device-io]") {
+TEST_CASE("replay: position_on_way and velocity do not jump at a sample", "[device-io]") {
   const auto samples = recording(13 * kMs, 80);
   const HandCurve curve(samples, Resampling::kCubic, kGap);
   for (size_t i = 1; i + 1 < samples.size(); ++i) {

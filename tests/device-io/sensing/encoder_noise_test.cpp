@@ -15,14 +15,15 @@
 #include <vector>
 
 #include "device-io/sixmotors/kinematics.h"
+#include "proto/math/units.h"
 #include "tests/support/data.h"
 
 using haptic::EncoderNoise;
+using haptic::kMs;
 using haptic::MotorCounts;
 
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr double kCount = 33e-6;  // finest count of an encoder, at the tip [m]
 
 using Path = std::function<double(double)>;

@@ -11,11 +11,11 @@
 
 using namespace haptic;
 using haptic::test::IsNear;
+using haptic::test::kAlgebra;
 using haptic::test::tol;
 
 namespace {
 
-constexpr double kAlgebra = 1e-12;
 const SixMotorsGeometry kDevice;
 
 /// How far two orientations are apart [rad].

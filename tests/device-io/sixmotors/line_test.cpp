@@ -10,12 +10,11 @@
 #include "device-io/hand/impedance.h"
 #include "device-io/sixmotors/kinematics.h"
 #include "device-io/woodenhaptics/protocol.h"
+#include "proto/math/units.h"
 
 using namespace haptic;
 
 namespace {
-
-constexpr int64_t kMs = 1'000'000;
 
 /// A board at whose handle nothing happens: nobody holds it, and friction keeps it.
 EmulatedDevice quiet_board(const Arm& arm = six_motors_arm()) {

@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "proto/math/units.h"
 #include "servo/safety/safety.h"
 #include "tests/support/near.h"
 #include "tests/support/usb/emulated_spacemouse.h"
@@ -15,7 +16,6 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr double kMetresPerSecond = 0.2, kRadiansPerSecond = 1.5;  // the defaults of [device.rate]
 
 struct Bench {

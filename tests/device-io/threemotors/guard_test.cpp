@@ -12,6 +12,7 @@
 #include "device-io/haply/haply.h"
 #include "device-io/hidarm/hid_arm.h"
 #include "device-io/hidarm/hid_exchange.h"
+#include "proto/math/units.h"
 #include "tests/support/guarded.h"
 #include "tests/support/torture_scale.h"
 
@@ -19,8 +20,6 @@ using namespace haptic;
 using namespace haptic::test;
 
 namespace {
-
-constexpr int64_t kMs = 1'000'000;
 
 /// The servo's side and the thread's side of a device, tick by tick; the first ones without the
 /// guard: they touch all memory once. `answer` is what the device says in tick i, now and then half

@@ -21,6 +21,7 @@
 #include "device-io/plugged/find_node.h"
 #include "device-io/plugged/send_release.h"
 #include "proto/ipc/process.h"
+#include "proto/math/units.h"
 #include "proto/os/realtime.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/usb/emulated_falcon.h"
@@ -32,8 +33,6 @@ using namespace haptic::test;
 using Catch::Matchers::Contains;
 
 namespace {
-
-constexpr int64_t kMs = 1'000'000;
 
 /// True below umockdev-wrapper; says so where not.
 bool is_below_umockdev() {

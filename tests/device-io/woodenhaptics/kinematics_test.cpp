@@ -9,10 +9,10 @@
 
 using namespace haptic;
 using haptic::test::IsNear;
+using haptic::test::kAlgebra;
 
 namespace {
 
-constexpr double kAlgebra = 1e-12;
 const WoodenHapticsGeometry kArm;
 
 }  // namespace

@@ -2,18 +2,13 @@
 // A WoodenHaptics that is honest and hardly moves, or whose servo is held up, is no lying one.
 #include <catch2/catch.hpp>
 
+#include "proto/math/units.h"
 #include "tests/support/driver/rows.h"
 #include "tests/support/emulated_woodenhaptics.h"
 #include "tests/support/torture_scale.h"
 
 using namespace haptic;
 using namespace haptic::test;
-
-namespace {
-
-constexpr int64_t kMs = 1'000'000;
-
-}  // namespace
 
 TEST_CASE("lying device: a clamped handle at full force is no fault", "[device-io]") {
   // no motion reaches a count: the encoders are constant for ten minutes

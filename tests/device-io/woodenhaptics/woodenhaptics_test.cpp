@@ -11,6 +11,7 @@
 
 #include "device-io/emulator/firmware.h"
 #include "proto/config/devices.h"
+#include "proto/math/units.h"
 #include "proto/os/realtime.h"
 #include "proto/os/serial_port.h"
 #include "tests/support/near.h"
@@ -22,9 +23,8 @@ using haptic::test::PtyLine;
 
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kStart = 1'000'000 * kMs;  // of the ticks
-const WoodenHapticsGeometry kArm;
+const WoodenHapticsGeometry kWooden;
 
 DeviceConfig config_for(const PtyLine& line) {
   DeviceConfig config;
@@ -108,7 +108,7 @@ TEST_CASE("woodenhaptics driver: encoder counts become a pose of the tick that a
   CHECK(b.has(kDeviceFresh));
   CHECK_FALSE(b.has(kDeviceHeld | kDeviceLost));
   CHECK(b.state.t_ns == asked_ns);
-  CHECK(b.state.X_BH.p == tip_position(kArm, joint_angles(kArm, {500, -1000, 2000})));
+  CHECK(b.state.X_BH.p == tip_position(kWooden, joint_angles(kWooden, {500, -1000, 2000})));
   CHECK(b.state.X_BH.q == Quat{});
   // no answer: the same state, held
   const DeviceState before = b.state;
@@ -126,7 +126,7 @@ TEST_CASE("woodenhaptics driver: a force becomes the currents of the pose it was
   b.line.hear();
   const Vec3 force_B{0.5, -1, 2};
   b.tick(force_B, counts);
-  CHECK(b.line.hear() == line_for(motor_currents(kArm, joint_angles(kArm, counts), force_B)));
+  CHECK(b.line.hear() == line_for(motor_currents(kWooden, joint_angles(kWooden, counts), force_B)));
   CHECK_FALSE(b.has(kDeviceSaturated));
 }
 
@@ -179,7 +179,7 @@ TEST_CASE("woodenhaptics driver: noise, torn lines and another model are no samp
   b.device->write({});
   // a torn answer does not spoil the next one
   CHECK(b.tick({}, {1, 2, 3}));
-  CHECK(b.state.X_BH.p == tip_position(kArm, joint_angles(kArm, {1, 2, 3})));
+  CHECK(b.state.X_BH.p == tip_position(kWooden, joint_angles(kWooden, {1, 2, 3})));
 }
 
 TEST_CASE("woodenhaptics driver: a flood of bytes costs one read a bounded amount", "[device-io]") {
@@ -297,8 +297,8 @@ TEST_CASE("woodenhaptics driver: the velocity follows a ramp", "[device-io]") {
     b.device->write({});
   }
   // 5 counts of the forearm per millisecond, at the pose half a tick earlier
-  const Vec3 per_count_B = tip_position(kArm, joint_angles(kArm, {0, 0, 1000})) -
-                           tip_position(kArm, joint_angles(kArm, {0, 0, 999}));
+  const Vec3 per_count_B = tip_position(kWooden, joint_angles(kWooden, {0, 0, 1000})) -
+                           tip_position(kWooden, joint_angles(kWooden, {0, 0, 999}));
   CHECK_THAT(b.state.V_BH.v, IsNear(5 / 1e-3 * per_count_B, 2e-3));
 }
 

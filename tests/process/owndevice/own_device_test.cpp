@@ -18,7 +18,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kStiffness = 500;  // [N/m]
+constexpr double kOwnStiffness = 500;  // [N/m]
 constexpr double kForceStep = 5e-3, kPlaceStep = 1e-6;
 
 /// A wrench that the SDK was given, and where its handle was.
@@ -62,7 +62,7 @@ struct OwnProgram {
   }
 };
 
-std::string write_session(const std::string& folder) {
+std::string own_session(const std::string& folder) {
   std::string path = folder + "/own.toml";
   std::ofstream(path) << R"([session]
 name = "own"
@@ -90,11 +90,11 @@ bool is_press(const std::vector<Felt>& all, size_t i) {
   if (i < 4 || all[i].at[2] > -2e-3 || all[i].is_zero()) return false;
   double least = 1e9, most = 0;
   for (size_t j = i - 4; j <= i; ++j) {
-    least = std::min(least, kStiffness * -all[j].at[2]);
-    most = std::max(most, kStiffness * -all[j].at[2]);
+    least = std::min(least, kOwnStiffness * -all[j].at[2]);
+    most = std::max(most, kOwnStiffness * -all[j].at[2]);
   }
   // the passivity controller's damper beside it, 2 N·s/m at 15 mm/s
-  const double f = all[i].wrench[2], margin = kForceStep + kStiffness * kPlaceStep + 0.03;
+  const double f = all[i].wrench[2], margin = kForceStep + kOwnStiffness * kPlaceStep + 0.03;
   return f > least - tol(margin) && f < most + tol(margin);
 }
 
@@ -165,7 +165,7 @@ TEST_CASE("own device: the hand presses, and hapticd's zero reaches it when the 
   const TemporaryFolder folder;
   setenv("HAPTICD_RUNTIME_DIR", folder.path().c_str(), 1);
   OwnProgram own(folder.path());
-  HapticdProcess hapticd({write_session(folder.path())}, folder.path());
+  HapticdProcess hapticd({own_session(folder.path())}, folder.path());
   Watcher watcher("own");
   INFO(hapticd.log());
   REQUIRE(eventually([&] { return presses_since(own.felt(), 0); }));

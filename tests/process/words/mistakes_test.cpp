@@ -257,7 +257,7 @@ alone() { mkdir -p alone; cp -u "$(command -v hapt)" alone; set=$1; shift
 pid_of() { hapt status --json --session "$2" | grep -o "\"$1\", \"pid\": [0-9]*" | sed 's/.* //'; }
 )sh";
 
-void prepare(const std::string& folder) {
+void prepare_mistakes(const std::string& folder) {
   std::filesystem::copy(test::from_source("configs/plane.toml"), folder + "/plane.toml");
   const std::string corners =
       "0 0 0\n80 0 0\n80 80 0\n0 80 0\n0 0 80\n80 0 80\n80 80 80\n0 80 80\n";
@@ -307,7 +307,7 @@ void check(const std::vector<Mistake>& mistakes, const std::string& folder) {
 
 TEST_CASE("mistakes: in a session file, a mesh, a recording and on a command line") {
   const test::TemporaryRuntimeFolder folder;
-  prepare(folder.path());
+  prepare_mistakes(folder.path());
   check(GENERATE(kInSessionFiles, kInMeshes, kInRecordings, kOnCommandLines, kWithNames,
                  kWithoutSession, kWithoutRights),
         folder.path());
@@ -315,7 +315,7 @@ TEST_CASE("mistakes: in a session file, a mesh, a recording and on a command lin
 
 TEST_CASE("mistakes: about the session that is meant") {
   const test::TemporaryRuntimeFolder folder;
-  prepare(folder.path());
+  prepare_mistakes(folder.path());
   const std::string config = test::write_quiet_config(folder.path());
   test::HapticdProcess one({config, "--session", "one"}, folder.path());
   test::Watcher first("one");

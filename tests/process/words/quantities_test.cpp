@@ -67,7 +67,7 @@ std::string with_unit(std::string text, const std::string& unit) {
   return text;
 }
 
-void prepare(const std::string& folder) {
+void prepare_quantities(const std::string& folder) {
   std::ofstream(folder + "/t.off")  // a corner of a cube of 0.08
       << "OFF\n4 4 0\n0 0 0\n0.08 0 0\n0 0.08 0\n0 0 0.08\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
   std::ofstream(folder + "/config.sh") << R"(printf '%s\n' '[session]' 'name = "doors"' \
@@ -77,7 +77,7 @@ exec hapticd --check-config doors.toml
 }
 
 /// With a separate cache.
-Ran shell(const std::string& line, const std::string& folder) {
+Ran with_cache(const std::string& line, const std::string& folder) {
   return test::shell("export HAPTICD_CACHE=cache; " + line, folder);
 }
 
@@ -93,7 +93,7 @@ void check_refusal(const Ran& ran, const std::string& says) {
 
 TEST_CASE("quantities: the same wrong text is refused at every door, with what is known") {
   const test::TemporaryRuntimeFolder folder;
-  prepare(folder.path());
+  prepare_quantities(folder.path());
   test::HapticdProcess hapticd({test::write_quiet_config(folder.path()), "--session", "doors"},
                                folder.path());
   test::Watcher watcher("doors");
@@ -101,7 +101,7 @@ TEST_CASE("quantities: the same wrong text is refused at every door, with what i
   for (const Door& door : kDoors) {
     for (const Wrong& wrong : kWrong) {
       const std::string text = with_unit(wrong.text, door.unit);
-      const Ran ran = shell(door.line + " " + word(text), folder.path());
+      const Ran ran = with_cache(door.line + " " + word(text), folder.path());
       CAPTURE(door.line, text, ran.output);
       // TOML refuses control characters itself
       const bool is_toml = door.unit == "N/m" && has(ran.output, "not TOML");
@@ -110,7 +110,7 @@ TEST_CASE("quantities: the same wrong text is refused at every door, with what i
     }
     if (has(door.line, "--unit")) continue;
     for (const std::string& text : kNoNumber) {
-      const Ran ran = shell(door.line + " " + word(with_unit(text, door.unit)), folder.path());
+      const Ran ran = with_cache(door.line + " " + word(with_unit(text, door.unit)), folder.path());
       CAPTURE(door.line, text, ran.output);
       check_refusal(ran, "");
     }
@@ -119,19 +119,19 @@ TEST_CASE("quantities: the same wrong text is refused at every door, with what i
 
 TEST_CASE("quantities: with its unit a value is the same at every door, bare where it ever was") {
   const test::TemporaryRuntimeFolder folder;
-  prepare(folder.path());
+  prepare_quantities(folder.path());
   for (const Door& door : kDoors) {
     if (door.unit == "min" || has(door.line, "emulator") || has(door.line, "set")) continue;
     CAPTURE(door.line);
     const std::string value = door.unit == "m" || door.unit == "mm" ? "2 " : "80 ";
     for (const std::string& text :
          {value + door.unit, value.substr(0, value.size() - 1) + door.unit}) {
-      const Ran ran = shell(door.line + " " + word(text), folder.path());
+      const Ran ran = with_cache(door.line + " " + word(text), folder.path());
       CAPTURE(text, ran.output);
       // missing sessions and files are detected after the arguments are parsed
       CHECK((ran.code != 2 || has(ran.output, "no such session file")));
     }
-    const Ran bare = shell(door.line + " 0.05", folder.path());
+    const Ran bare = with_cache(door.line + " 0.05", folder.path());
     CAPTURE(bare.output);
     if (door.takes_bare && door.unit != "N/m") {
       CHECK((bare.code != 2 || has(bare.output, "no such session file")));
@@ -143,11 +143,12 @@ TEST_CASE("quantities: with its unit a value is the same at every door, bare whe
        {"--unit '1 mm'", "--unit mm", "--unit 1e-3", "--size '80 mm'", "--size 0.08"}) {
     const std::string side = has(words, "unit") ? "0.08" : "80";
     CAPTURE(words);
-    CHECK(has(shell("hapt bake t.off " + words, folder.path()).output,
+    CHECK(has(with_cache("hapt bake t.off " + words, folder.path()).output,
               ", " + side + " x " + side + " x " + side + " mm, "));
   }
-  check_refusal(shell("hapt bake t.off --unit any", folder.path()), "--size, which is missing");
-  check_refusal(shell("hapt bake t.off --unit furlong", folder.path()),
+  check_refusal(with_cache("hapt bake t.off --unit any", folder.path()),
+                "--size, which is missing");
+  check_refusal(with_cache("hapt bake t.off --unit furlong", folder.path()),
                 "known here: m, mm, cm, in, any, or a length as");
 }
 

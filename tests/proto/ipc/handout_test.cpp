@@ -43,10 +43,10 @@ void announce(HandoutServer& server, SegmentWriter<SimChannels>& writer) {
 }
 
 /// A client with its own connection that reads the scene frames.
-struct Client {
+struct Caller {
   Attachments attachments;
   SimRing frames;
-  explicit Client(const std::string& session, Start start = Start::kOldest)
+  explicit Caller(const std::string& session, Start start = Start::kOldest)
       : attachments(connect_session(session)),
         frames(attachments.ring<&SimChannels::frames>(start)) {
     attachments.start();
@@ -103,7 +103,7 @@ TEST_CASE("handout: a late joiner starts at the newest item, or at the oldest th
   const uint64_t before = GENERATE(3u, kSimSlots, 5 * kSimSlots);
   publish(writer, 0, before);
   announce(server, writer);
-  Client newest("late", Start::kNewest), oldest("late", Start::kOldest);
+  Caller newest("late", Start::kNewest), oldest("late", Start::kOldest);
   SceneFrame out{};
   REQUIRE(serve_until(server, [&] { return oldest.frames.next(out); }));
   const uint64_t reach = kSimSlots - kSimSlots / 8;
@@ -123,7 +123,7 @@ TEST_CASE("handout: the old writer's items are read to the end before its succes
   test::Served server("restart");
   SegmentWriter<SimChannels> first(1), second(2), third(3);
   announce(server, first);
-  Client client("restart");
+  Caller client("restart");
   SceneFrame out{};
   publish(first, 100, 1);
   REQUIRE(serve_until(server, [&] { return client.frames.next(out); }));
@@ -146,7 +146,7 @@ TEST_CASE("handout: the old writer's items are read to the end before its succes
 
   // an old generation never replaces a newer one
   announce(server, first);
-  Client late("restart");
+  Caller late("restart");
   REQUIRE(serve_until(server, [&] { return late.frames.next(out); }));
   CHECK(out.seq == 300);
 }
@@ -185,7 +185,7 @@ TEST_CASE("handout: a client of another version is told so, and does not wait fo
   SegmentWriter<SimChannels> other(1);
   const_cast<SegmentHeader&>(other.header()).abi_major = kAbiMajor + 1;
   announce(server, other);
-  Client client("version");
+  Caller client("version");
   REQUIRE(serve_until(server, [&] { return !client.attachments.is_connected(); }));
   CHECK(contains(client.attachments.refusal(), "segment 'sim': version "));
   CHECK(contains(client.attachments.refusal(), "this program speaks"));
@@ -195,7 +195,7 @@ TEST_CASE("handout: losses are exact across generations") {
   test::Served server("losses");
   SegmentWriter<SimChannels> first(1), second(2);
   announce(server, first);
-  Client client("losses");
+  Caller client("losses");
   SceneFrame out{};
   publish(first, 0, 1);
   REQUIRE(serve_until(server, [&] { return client.frames.next(out); }));
@@ -215,7 +215,7 @@ TEST_CASE("handout: the latest item survives its writer until there is a newer o
   SegmentWriter<SimChannels> first(1), second(2);
   publish(first, 0, 5);
   announce(server, first);
-  Client client("latest");
+  Caller client("latest");
   SceneFrame out{};
   REQUIRE(serve_until(server, [&] { return client.frames.latest(out); }));
   CHECK(out.seq == 4);
@@ -289,7 +289,7 @@ TEST_CASE("handout: a generation is unmapped once its reader has gone on, not be
   SegmentWriter<SimChannels> first(1), second(2);
   publish(first, 1, 1);
   announce(server, first);
-  Client client("retire");
+  Caller client("retire");
   SceneFrame out{};
   REQUIRE(serve_until(
       server, [&] { return client.frames.header() != nullptr || client.frames.next(out); }));

@@ -14,7 +14,7 @@ namespace haptic {
 namespace {
 
 using test::Bytes;
-constexpr size_t kTotal = kSegmentSpec<ControlChannels>.total_bytes;
+constexpr size_t kControlBytes = kSegmentSpec<ControlChannels>.total_bytes;
 
 /// A published segment with one frame, and a copy of its bytes.
 class Target {
@@ -35,7 +35,8 @@ class Target {
   }
   bool is_unchanged() const {
     struct stat status {};
-    return fstat(fd(), &status) == 0 && status.st_size == off_t(kTotal) && bytes() == before_;
+    return fstat(fd(), &status) == 0 && status.st_size == off_t(kControlBytes) &&
+           bytes() == before_;
   }
   /// The writer continues, and a reader sees it.
   bool is_alive() {
@@ -48,8 +49,8 @@ class Target {
 
  private:
   Bytes bytes() const {
-    Bytes all(kTotal);
-    REQUIRE(pread(fd(), all.data(), all.size(), 0) == ssize_t(kTotal));
+    Bytes all(kControlBytes);
+    REQUIRE(pread(fd(), all.data(), all.size(), 0) == ssize_t(kControlBytes));
     return all;
   }
   SegmentWriter<ControlChannels> writer_{1};
@@ -61,9 +62,9 @@ class Target {
 class Mapping {
  public:
   Mapping(int fd, int protection, int flags)
-      : memory_(mmap(nullptr, kTotal, protection, flags, fd, 0)), error_(errno) {}
+      : memory_(mmap(nullptr, kControlBytes, protection, flags, fd, 0)), error_(errno) {}
   ~Mapping() {
-    if (is_mapped()) munmap(memory_, kTotal);
+    if (is_mapped()) munmap(memory_, kControlBytes);
   }
   Mapping(const Mapping&) = delete;
   bool is_mapped() const { return memory_ != MAP_FAILED; }
@@ -87,7 +88,7 @@ TEST_CASE("hostile reader: writing through its mapping kills it and nobody else"
   Target target;
   const SegmentView<ControlChannels> view(target.reader());
   const size_t at = GENERATE(size_t{0}, offsetof(SegmentHeader, heartbeat), sizeof(SegmentHeader),
-                             kTotal / 2, kTotal - 1);
+                             kControlBytes / 2, kControlBytes - 1);
   ForkedProcess writing([&] {
     signal(SIGSEGV, SIG_DFL);  // a sanitizer would turn it into an exit code
     *const_cast<volatile char*>(static_cast<const char*>(view.memory()) + at) = 1;
@@ -127,12 +128,13 @@ TEST_CASE("hostile reader: a descriptor reopened for writing cannot be used for 
   const FileDescriptor image = test::file_with(Bytes(4096, std::byte{7}));
   loff_t from = 0, to = 0;
   CHECK(copy_file_range(image.get(), &from, fd, &to, 4096, 0) == -1);
-  for (const off_t size : {off_t{0}, off_t{4096}, off_t(kTotal - 1), off_t(2 * kTotal)}) {
+  for (const off_t size :
+       {off_t{0}, off_t{4096}, off_t(kControlBytes - 1), off_t(2 * kControlBytes)}) {
     CAPTURE(size);
     CHECK(refused(ftruncate(fd, size), EPERM));
   }
   CHECK(refused(fallocate(fd, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, 0, 4096), EPERM));
-  CHECK(refused(fallocate(fd, 0, 0, off_t(2 * kTotal)), EPERM));
+  CHECK(refused(fallocate(fd, 0, 0, off_t(2 * kControlBytes)), EPERM));
   CHECK(fallocate(fd, FALLOC_FL_ZERO_RANGE, 0, 4096) == -1);
   CHECK(fallocate(fd, FALLOC_FL_COLLAPSE_RANGE, 0, 4096) == -1);
   for (const int seal : {F_SEAL_WRITE, F_SEAL_SHRINK, F_SEAL_SEAL}) {
@@ -150,10 +152,10 @@ TEST_CASE(
   const int fd = GENERATE_REF(hostile.get(), reader.get());
   const Mapping mapping(fd, PROT_READ, MAP_SHARED);
   REQUIRE(mapping.is_mapped());
-  CHECK(refused(mprotect(mapping.memory(), kTotal, PROT_READ | PROT_WRITE), EACCES));
-  CHECK(madvise(mapping.memory(), kTotal, MADV_REMOVE) == -1);
+  CHECK(refused(mprotect(mapping.memory(), kControlBytes, PROT_READ | PROT_WRITE), EACCES));
+  CHECK(madvise(mapping.memory(), kControlBytes, MADV_REMOVE) == -1);
   // harmless: the pages are restored as they were
-  madvise(mapping.memory(), kTotal, MADV_DONTNEED);
+  madvise(mapping.memory(), kControlBytes, MADV_DONTNEED);
   iovec local{const_cast<char*>(kJunk), sizeof kJunk}, remote{mapping.memory(), sizeof kJunk};
   CHECK(process_vm_writev(getpid(), &local, 1, &remote, 1, 0) == -1);
   const FileDescriptor memory(open("/proc/self/mem", O_RDWR | O_CLOEXEC));
@@ -167,7 +169,7 @@ TEST_CASE("hostile reader: what it writes into a private copy stays with it") {
   const FileDescriptor reader = target.reader();
   const Mapping copy(reader.get(), PROT_READ | PROT_WRITE, MAP_PRIVATE);
   REQUIRE(copy.is_mapped());
-  std::memset(copy.memory(), 0xff, kTotal);
+  std::memset(copy.memory(), 0xff, kControlBytes);
   CHECK(target.is_unchanged());
   CHECK(target.is_alive());
 }

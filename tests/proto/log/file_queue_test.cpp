@@ -49,7 +49,7 @@ std::string pieces(size_t count) {
   return all;
 }
 
-ServoFrame frame_of(uint64_t tick) {
+ServoFrame queued_frame(uint64_t tick) {
   ServoFrame frame{};
   frame.tick = tick;
   frame.t_ns = static_cast<int64_t>(tick) * 1'000'000;
@@ -123,7 +123,7 @@ TEST_CASE("file queue: a recording on a disk that stands still misses no record"
     TraceWriter trace(path, {});
     StandingDisk standing;
     for (uint64_t tick = 1; tick <= kFrames; ++tick) {
-      REQUIRE(trace.write(servo_topic(kFirstHand), frame_of(tick), {}));
+      REQUIRE(trace.write(servo_topic(kFirstHand), queued_frame(tick), {}));
     }
     REQUIRE(trace.close_chunk());
     // nothing is said to be in the file before it is
@@ -149,7 +149,7 @@ TEST_CASE("file queue: a recording that ends amid what is on its way counts what
     TraceWriter trace(path, {});
     StandingDisk standing;
     for (uint64_t tick = 1; tick <= 5000; ++tick) {
-      REQUIRE(trace.write(servo_topic(kFirstHand), frame_of(tick), {}));
+      REQUIRE(trace.write(servo_topic(kFirstHand), queued_frame(tick), {}));
       if (tick % 100 == 0) REQUIRE(trace.close_chunk());
       if (tick % 1000 != 0) continue;
       const std::string name = "mark " + std::to_string(tick);

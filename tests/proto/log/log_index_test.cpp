@@ -14,12 +14,12 @@
 #include <sstream>
 
 #include "proto/log/log_survey.h"
+#include "proto/math/units.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kBegin = 50 * kMs;
 
 ServoFrame frame_of(uint64_t tick) {

@@ -80,7 +80,7 @@ bool same_bytes(const T& a, const T& b) {
   return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
-ServoFrame frame_of(uint64_t tick) {
+ServoFrame traced_frame(uint64_t tick) {
   ServoFrame frame{};
   frame.tick = tick;
   frame.t_ns = static_cast<int64_t>(tick) * 1'000'000;
@@ -96,7 +96,7 @@ Stamp stamp_of(const ServoFrame& frame) {
 }
 
 bool write_tick(TraceWriter& trace, uint64_t tick) {
-  const ServoFrame frame = frame_of(tick);
+  const ServoFrame frame = traced_frame(tick);
   return trace.write(servo_topic(kFirstHand), frame, stamp_of(frame));
 }
 
@@ -106,20 +106,20 @@ uint64_t count_whole(const std::string& path) {
   TraceReader(path).for_each<ServoFrame>(servo_topic(kFirstHand),
                                          [&](const ServoFrame& f, const Stamp& s) {
                                            ++tick;
-                                           REQUIRE(same_bytes(f, frame_of(tick)));
+                                           REQUIRE(same_bytes(f, traced_frame(tick)));
                                            REQUIRE(s.sequence == tick);
                                          });
   return tick;
 }
 
-ReplayConfig replay_of(const std::string& path) {
+ReplayConfig trace_replay(const std::string& path) {
   ReplayConfig config;
   assign(config.path, path);
   return config;
 }
 
-std::string error_of(const std::string& path) {
-  return test::refusal([&] { load_hand_trace(replay_of(path)); });
+std::string trace_error(const std::string& path) {
+  return test::refusal([&] { load_hand_trace(trace_replay(path)); });
 }
 
 }  // namespace
@@ -339,7 +339,7 @@ TEST_CASE("trace: on a full disk the recording ends whole and says so") {
     while (tick < 100'000 && written()) ++tick;
     CHECK_THAT(trace.error(), Catch::StartsWith(path + ": No space left on device after ") &&
                                   Catch::Contains("the file is complete"));
-    CHECK_FALSE(trace.write(servo_topic(kFirstHand), frame_of(1), {}));
+    CHECK_FALSE(trace.write(servo_topic(kFirstHand), traced_frame(1), {}));
     CHECK_FALSE(trace.close());
     const TraceReader read(path);
     CHECK(read.mcap().finished());
@@ -365,7 +365,7 @@ TEST_CASE("csv: the export has a row a record and reads back to the same bits") 
   {
     TraceWriter trace(path, {});
     for (uint64_t tick = 1; tick <= 200; ++tick) {
-      ServoFrame frame = frame_of(tick);
+      ServoFrame frame = traced_frame(tick);
       frame.device.V_BH.w = random_record<Twist>(tick).w;
       frame.device.V_BH.w.y = 1.0 / static_cast<double>(tick);
       if (!is_finite(frame.device.V_BH.w)) frame.device.V_BH.w = {};
@@ -378,8 +378,8 @@ TEST_CASE("csv: the export has a row a record and reads back to the same bits") 
   CHECK(export_csv(trace, *find_topic("/servo0/frame"), text) == 200);
   const std::string csv = written("export.csv", text.str());
 
-  const HandTrace from_csv = load_hand_trace(replay_of(csv));
-  const HandTrace from_mcap = load_hand_trace(replay_of(path));
+  const HandTrace from_csv = load_hand_trace(trace_replay(csv));
+  const HandTrace from_mcap = load_hand_trace(trace_replay(path));
   REQUIRE(from_csv.samples.size() == 200);
   REQUIRE(from_mcap.samples.size() == 200);
   for (size_t i = 0; i < 200; ++i) CHECK(same_bytes(from_csv.samples[i], from_mcap.samples[i]));
@@ -471,33 +471,33 @@ TEST_CASE("csv: mistakes are told with file and line") {
       {"t_s,x_m,y_m,z_m\n", ": holds 0 samples of the hand"},
   }));
   const std::string path = written("bad.csv", text);
-  const std::string error = error_of(path);
+  const std::string error = trace_error(path);
   CHECK_THAT(error, Catch::StartsWith(path + says));
   CHECK(error.find('\n') == std::string::npos);
 }
 
 TEST_CASE("csv: what is no recording at all is said to be none") {
   const std::string folder = fs::path(fresh_file("folder")).parent_path().string();
-  CHECK(error_of(folder) == folder + ": is a folder; name a recording (.mcap or .csv)");
+  CHECK(trace_error(folder) == folder + ": is a folder; name a recording (.mcap or .csv)");
   // an MCAP file is recognised by its content, not by its name
   const std::string path = written("renamed.csv", std::string("\x89MCAP0\r\n", 8) + "rest");
-  CHECK_THAT(error_of(path), !Catch::Contains("has no column"));
-  CHECK_THAT(error_of(written("lever.csv", "t_s,lever_rad\n0,0\n1,1\n")),
+  CHECK_THAT(trace_error(path), !Catch::Contains("has no column"));
+  CHECK_THAT(trace_error(written("lever.csv", "t_s,lever_rad\n0,0\n1,1\n")),
              Catch::EndsWith("`column` in [device.replay], as configs/lever.toml does"));
 }
 
 TEST_CASE("csv: holes are not refused") {
-  const HandTrace trace =
-      load_hand_trace(replay_of(written("gaps.csv",
-                                        "t_s,x_m,y_m,z_m\r\n0,0,0,0\r\n0.01,1,0,0\r\n0.05,2,0,0\r\n"
-                                        "0.06,3,0,0\r\n0.2,4,0,0\r\n")));
+  const HandTrace trace = load_hand_trace(
+      trace_replay(written("gaps.csv",
+                           "t_s,x_m,y_m,z_m\r\n0,0,0,0\r\n0.01,1,0,0\r\n0.05,2,0,0\r\n"
+                           "0.06,3,0,0\r\n0.2,4,0,0\r\n")));
   REQUIRE(trace.samples.size() == 5);
   CHECK(trace.samples[2].t_ns == 50'000'000);
 }
 
 TEST_CASE("csv: a lever angle becomes a position along the axis") {
   ReplayConfig config =
-      replay_of(written("lever.csv", "t_s,lever_rad\n0,0\n0.5,0.1\n1,0.2\n1.5,0.3\n"));
+      trace_replay(written("lever.csv", "t_s,lever_rad\n0,0\n0.5,0.1\n1,0.2\n1.5,0.3\n"));
   assign(config.column, "lever_rad");
   config.lever_arm = 0.075;
   config.axis_B = {0, -1, 0};
@@ -507,7 +507,7 @@ TEST_CASE("csv: a lever angle becomes a position along the axis") {
 }
 
 TEST_CASE("csv: the recordings of a real lever load whole") {
-  ReplayConfig config = replay_of(test::data_file("tue-1dof-bilateral/m2_question1c_rigid.csv"));
+  ReplayConfig config = trace_replay(test::data_file("tue-1dof-bilateral/m2_question1c_rigid.csv"));
   assign(config.column, "master_rad");
   config.lever_arm = 0.075;
   const HandTrace trace = load_hand_trace(config);
@@ -517,7 +517,8 @@ TEST_CASE("csv: the recordings of a real lever load whole") {
   CHECK(trace.samples.front().X_BH.p == Vec3{0.075 * -0.07026696, 0, 0});
   CHECK(trace.samples.size() == static_cast<size_t>(trace.duration() * 2000 + 1.5));
 
-  const HandTrace wipe = load_hand_trace(replay_of(test::data_file("epfl-wiping/wipe_rim_1.csv")));
+  const HandTrace wipe =
+      load_hand_trace(trace_replay(test::data_file("epfl-wiping/wipe_rim_1.csv")));
   CHECK(wipe.samples.front().X_BH.p == Vec3{-0.437303, -0.0395946, 0.644698});
 }
 

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "proto/math/units.h"
 #include "tests/support/contact_rows.h"
 #include "tests/support/near.h"
 #include "tests/support/torture_scale.h"
@@ -14,12 +15,12 @@ using namespace haptic::test;
 namespace {
 
 constexpr double kDirection = 1e-4;  // of friction at slow slip, see CoulombSolver [rad]
-constexpr double kG = 9.81, kH = 1e-3, kDegree = 0.017453292519943295;
+constexpr double kG = 9.81, kH = 1e-3;
 
 /// A box of 1 kg and 0.1 × 0.1 × 0.04 m on its face.
 const Mat6 kBox = mass_matrix(1, {{{9.667e-4, 0, 0}, {0, 9.667e-4, 0}, {0, 0, 1.667e-3}}});
 
-std::vector<FrictionContact> corners(double friction) {
+std::vector<FrictionContact> rubbing_corners(double friction) {
   std::vector<FrictionContact> contacts;
   for (const double x : {-0.05, 0.05}) {
     for (const double y : {-0.05, 0.05}) {
@@ -117,7 +118,7 @@ std::vector<FrictionContact> random_contacts(Random& random, size_t n, double mo
 TEST_CASE("coulomb: free space is exactly free", "[math][trap]") {
   CoulombSolver solver(4);
   const Twist v{{0.1, 0.2, 1.0 / 3}, {1, 2, 3}};
-  std::vector<FrictionContact> contacts = corners(0.5);
+  std::vector<FrictionContact> contacts = rubbing_corners(0.5);
   for (FrictionContact& c : contacts) c.least_speed = -100;
   const FrictionStep out = solver.step(factor_metric(kBox), v, contacts);
   CHECK(out.converged);
@@ -135,7 +136,7 @@ TEST_CASE("coulomb: a box on an incline sticks or slips", "[math]") {
   Twist v;
   CAPTURE(mu, degrees);
   for (int tick = 1; tick <= 100; ++tick) {
-    const FrictionStep out = solver.step(metric, {v.v + kH * gravity, v.w}, corners(mu));
+    const FrictionStep out = solver.step(metric, {v.v + kH * gravity, v.w}, rubbing_corners(mu));
     REQUIRE(out.converged);
     v = out.v;
     const double expected =
@@ -153,7 +154,8 @@ TEST_CASE("coulomb: a sliding body slows down by mu g and stops", "[math][trap]"
   const Vec3 ahead = normalized(Vec3{3, 4, 0});
   Twist v{speed * ahead, {}};
   for (int tick = 1; tick <= 40; ++tick) {
-    const FrictionStep out = solver.step(metric, {v.v + Vec3{0, 0, -kG * kH}, v.w}, corners(mu));
+    const FrictionStep out =
+        solver.step(metric, {v.v + Vec3{0, 0, -kG * kH}, v.w}, rubbing_corners(mu));
     REQUIRE(out.converged);
     v = out.v;
     const double expected = std::max(0.0, speed - mu * kG * kH * tick);
@@ -167,7 +169,7 @@ TEST_CASE("coulomb: a belt takes a box along, up to its own speed", "[math]") {
   CoulombSolver solver(4);
   const double mu = 0.3;
   const Vec3 belt{0.03, -0.04, 0};
-  std::vector<FrictionContact> contacts = corners(mu);
+  std::vector<FrictionContact> contacts = rubbing_corners(mu);
   for (FrictionContact& c : contacts) c.obstacle_velocity = belt;
   Twist v;
   for (int tick = 1; tick <= 30; ++tick) {
@@ -182,7 +184,8 @@ TEST_CASE("coulomb: a sliding body is not lifted off", "[math][trap]") {
   // the convex law alone would give u_n = μ |u_t|
   CoulombSolver solver(4);
   const double mu = GENERATE(0.2, 1.0, 2.0);
-  const FrictionStep out = solver.step(factor_metric(kBox), {{5, 0, -kG * kH}, {}}, corners(mu));
+  const FrictionStep out =
+      solver.step(factor_metric(kBox), {{5, 0, -kG * kH}, {}}, rubbing_corners(mu));
   CHECK(out.converged);
   CHECK(std::fabs(out.v.v.z) <= 1e-8);
   CHECK(norm(out.v.w) <= 1.0);
@@ -300,7 +303,7 @@ TEST_CASE("coulomb: what is not finite or too much is flagged", "[math][trap]") 
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     for (int what = 0; what < 6; ++what) {
       Twist v_free{{0, 0, -1}, {}};
-      std::vector<FrictionContact> contacts = corners(0.5);
+      std::vector<FrictionContact> contacts = rubbing_corners(0.5);
       if (what == 0) v_free.v.x = bad;
       if (what == 1) contacts[1].r.x = bad;
       if (what == 2) contacts[1].normal.x = bad;
@@ -314,7 +317,7 @@ TEST_CASE("coulomb: what is not finite or too much is flagged", "[math][trap]") 
   }
   const std::vector<FrictionContact> many(5, {{}, {0, 0, 1}, 0, 0.5, {}});
   CHECK_FALSE(solver.step(metric, {{0, 0, -1}, {}}, many).converged);
-  CHECK_FALSE(solver.step({}, {{0, 0, -1}, {}}, corners(0.5)).converged);
+  CHECK_FALSE(solver.step({}, {{0, 0, -1}, {}}, rubbing_corners(0.5)).converged);
 }
 
 TEST_CASE("coulomb: held between a floor and a plate that goes by, a body stays or goes along",
@@ -323,8 +326,8 @@ TEST_CASE("coulomb: held between a floor and a plate that goes by, a body stays 
   CoulombSolver solver(8);
   const MotionMetric metric = factor_metric(kBox);
   const double push = GENERATE(-1.0, 1.0);
-  std::vector<FrictionContact> contacts = corners(0.4);
-  for (FrictionContact c : corners(0.4)) {
+  std::vector<FrictionContact> contacts = rubbing_corners(0.4);
+  for (FrictionContact c : rubbing_corners(0.4)) {
     c.r.z = 0.02, c.normal = {0, 0, -1}, c.obstacle_velocity = {0.1, 0, 0};
     contacts.push_back(c);
   }
@@ -339,9 +342,9 @@ TEST_CASE("coulomb: a bound on the quadratic programs ends with the convex law",
   CoulombSolver solver(4);
   const MotionMetric metric = factor_metric(kBox);
   const Twist v_free{{1, 0, -0.1}, {}};
-  const FrictionStep bound = solver.step(metric, v_free, corners(0.5), 1);
+  const FrictionStep bound = solver.step(metric, v_free, rubbing_corners(0.5), 1);
   CHECK_FALSE(bound.converged);
   // it separates and penetrates nothing
   CHECK(bound.v.v.z >= 0);
-  CHECK(solver.step(metric, v_free, corners(0.5)).converged);
+  CHECK(solver.step(metric, v_free, rubbing_corners(0.5)).converged);
 }

@@ -16,9 +16,8 @@ using namespace haptic::test;
 namespace {
 
 constexpr double kAgree = 1e-8;  // relative difference of the three methods
-constexpr double kG = 9.81, kH = 1e-3;
 
-const Mat6 kCube = mass_matrix(1, 1.0 / 6 * Mat3{});
+const Mat6 kUnitCube = mass_matrix(1, 1.0 / 6 * Mat3{});
 
 double sum(std::span<const double> x) {
   return std::accumulate(x.begin(), x.end(), 0.0);
@@ -58,14 +57,14 @@ TEST_CASE("lcp: cube on one contact, in closed form", "[math]") {
   }
   const MotionRow row = contact_row({0.5, -0.5, 0}, {0, 1, 0}, 0, 1);
   const ImpulseStep step =
-      solver.step(LcpMethod::kPivoting, factor_metric(kCube), {{0, -1, 0}, {}}, {&row, 1});
+      solver.step(LcpMethod::kPivoting, factor_metric(kUnitCube), {{0, -1, 0}, {}}, {&row, 1});
   CHECK_THAT(step.v.v, IsNear({0, -0.6, 0}, 1e-14));
   CHECK_THAT(step.v.w, IsNear({0, 0, 1.2}, 1e-14));
 }
 
 TEST_CASE("lcp: a box on four corners is carried by m g h", "[math]") {
   LcpSolver solver(8);
-  const Mat6 M = 2.5 * kCube;
+  const Mat6 M = 2.5 * kUnitCube;
   const LcpMethod method = GENERATE(LcpMethod::kPivoting, LcpMethod::kGaussSeidel);
   const ImpulseStep out =
       solver.step(method, factor_metric(M), {{0, 0, -kG * kH}, {}}, corners(0), 2000);
@@ -79,10 +78,10 @@ TEST_CASE("lcp: a falling box comes as far as the gap", "[math]") {
   LcpSolver solver(8);
   const Twist v_free{{0, 0, -1}, {}};
   const ImpulseStep out =
-      solver.step(LcpMethod::kPivoting, factor_metric(kCube), v_free, corners(-2e-4 / kH));
+      solver.step(LcpMethod::kPivoting, factor_metric(kUnitCube), v_free, corners(-2e-4 / kH));
   CHECK_THAT(out.v.v, IsNear({0, 0, -0.2}, 1e-14));
   const ImpulseStep far =
-      solver.step(LcpMethod::kPivoting, factor_metric(kCube), v_free, corners(-1e-2 / kH));
+      solver.step(LcpMethod::kPivoting, factor_metric(kUnitCube), v_free, corners(-1e-2 / kH));
   CHECK(far.v == v_free);
   CHECK(sum(far.lambda) == 0);
 }
@@ -197,8 +196,8 @@ TEST_CASE("lcp: what has no answer is flagged", "[math][trap]") {
     CHECK(solver.solve(method, {}, {}).converged);
     const std::vector<MotionRow> rows(3, contact_row({}, {0, 0, 1}, 0, 1));
     const Twist v_free{{0, 0, -1}, {}};
-    CHECK_FALSE(solver.step(method, factor_metric(kCube), v_free, rows).converged);
+    CHECK_FALSE(solver.step(method, factor_metric(kUnitCube), v_free, rows).converged);
     CHECK_FALSE(solver.step(method, {}, v_free, {}).converged);
-    CHECK_FALSE(solver.step(method, factor_metric(kCube), {{nan, 0, 0}, {}}, {}).converged);
+    CHECK_FALSE(solver.step(method, factor_metric(kUnitCube), {{nan, 0, 0}, {}}, {}).converged);
   }
 }

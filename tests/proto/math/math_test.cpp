@@ -2,14 +2,13 @@
 // Tests for proto/math: Vec3, Mat3, Quat, Pose, Wrench.
 #include <random>
 
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
 using namespace haptic::test;
 
 namespace {
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kAlgebra = 1e-12;
 
 Vec3 random_vec(std::mt19937_64& rng) {
   std::normal_distribution<double> gauss;

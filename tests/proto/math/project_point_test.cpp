@@ -14,8 +14,6 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kAlgebra = 1e-12;  // relative, coordinates of size one
-
 Vec3 random_unit(std::mt19937_64& rng) {
   std::normal_distribution<double> gauss;
   return normalized(Vec3{gauss(rng), gauss(rng), gauss(rng)});

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "proto/os/realtime.h"
+#include "proto/math/units.h"
 
 #include <sched.h>
 #include <sys/mman.h>
@@ -17,7 +18,6 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kSanitized = true;
 #else

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
@@ -12,7 +13,6 @@ using haptic::test::tol;
 namespace {
 
 constexpr int64_t kTickNs = 1'000'000;
-constexpr double kTick = 1e-3;  // [s]
 
 SceneFrame one_object() {
   SceneFrame scene{};

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "proto/math/motion_metric.h"
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
@@ -13,9 +14,7 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kDt = 1e-3;
-
-AdmittanceConfig body_of(double mass) {
+AdmittanceConfig ledger_body(double mass) {
   AdmittanceConfig model;
   model.mass = mass;
   model.damping = 0;
@@ -25,7 +24,7 @@ AdmittanceConfig body_of(double mass) {
 }
 
 VirtualBody going(const Twist& V) {
-  return {moved({}, kDt * V), V};
+  return {moved({}, kTick * V), V};
 }
 
 }  // namespace
@@ -44,7 +43,7 @@ TEST_CASE("ledger: the work of moving and of turning, apart and signed", "[servo
 
 TEST_CASE("ledger: before the first sample nothing is braked", "[servo]") {
   const VirtualBody to = going({{1, 0, 0}, {0, 0, 10}});
-  const LedgerLimit limit = keep_body_passive(body_of(2), {}, {}, to, {}, kDt);
+  const LedgerLimit limit = keep_body_passive(ledger_body(2), {}, {}, to, {}, kTick);
   CHECK_FALSE(limit.damped);
   CHECK(limit.body.V_BH.v == to.V_BH.v);
 }
@@ -55,7 +54,7 @@ TEST_CASE("ledger: a body that made its energy is slowed to what it was given", 
   ledger.held = {0.09, 1};
   // 2 kg at 0.5 m/s hold 250 mJ; 90 mJ are 0.3 m/s; the turning has its own, and enough
   const VirtualBody to = going({{0.3, 0.4, 0}, {0, 0, 10}});
-  const LedgerLimit limit = keep_body_passive(body_of(2), ledger, {}, to, {}, kDt);
+  const LedgerLimit limit = keep_body_passive(ledger_body(2), ledger, {}, to, {}, kTick);
   CHECK(limit.damped);
   CHECK_THAT(limit.body.V_BH.v, IsNear({0.18, 0.24, 0}, 1e-4));
   CHECK_THAT(limit.body.V_BH.w, IsNear({0, 0, 10}, 1e-12));
@@ -67,27 +66,27 @@ TEST_CASE("ledger: what the hand is about to put in counts", "[servo]") {
   ledger.known = true;
   const VirtualBody to = going({{0.1, 0, 0}, {}});
   // 10 mJ for 2 kg: 100 N over 0.1 mm
-  CHECK_FALSE(keep_body_passive(body_of(2), ledger, {}, to, {{101, 0, 0}, {}}, kDt).damped);
-  CHECK(keep_body_passive(body_of(2), ledger, {}, to, {{90, 0, 0}, {}}, kDt).damped);
-  CHECK(keep_body_passive(body_of(2), ledger, {}, to, {{-101, 0, 0}, {}}, kDt).damped);
+  CHECK_FALSE(keep_body_passive(ledger_body(2), ledger, {}, to, {{101, 0, 0}, {}}, kTick).damped);
+  CHECK(keep_body_passive(ledger_body(2), ledger, {}, to, {{90, 0, 0}, {}}, kTick).damped);
+  CHECK(keep_body_passive(ledger_body(2), ledger, {}, to, {{-101, 0, 0}, {}}, kTick).damped);
 }
 
 TEST_CASE("ledger: what the body does not hold is used up, what the scene gave is added",
           "[servo]") {
-  const AdmittanceConfig model = body_of(2);
+  const AdmittanceConfig model = ledger_body(2);
   EnergyLedger ledger;
   ledger.known = true;
   ledger.held = {5, 5};
   const VirtualBody at_rest, fast = going({{0.5, 0, 0}, {}});
   EnergyLedger stopped = ledger;
-  settle_ledger(model, stopped, at_rest, at_rest, {}, kDt);
+  settle_ledger(model, stopped, at_rest, at_rest, {}, kTick);
   CHECK(stopped.held.moving == Approx(0).margin(1e-12));
   EnergyLedger keeps = ledger;
-  settle_ledger(model, keeps, fast, fast, {}, kDt);
+  settle_ledger(model, keeps, fast, fast, {}, kTick);
   CHECK(keeps.held.moving == Approx(0.25));
   EnergyLedger pushed;
   pushed.known = true;
-  settle_ledger(model, pushed, at_rest, fast, {}, kDt);
+  settle_ledger(model, pushed, at_rest, fast, {}, kTick);
   CHECK(pushed.held.moving == Approx(0.25));
 }
 
@@ -96,9 +95,9 @@ TEST_CASE("ledger: a deficit is bounded and decays to 1/e in half a second", "[s
   ledger.known = true;
   ledger.held = {-3, -0.01};
   const VirtualBody at_rest;
-  settle_ledger(body_of(2), ledger, at_rest, at_rest, {}, kDt);
+  settle_ledger(ledger_body(2), ledger, at_rest, at_rest, {}, kTick);
   CHECK(ledger.held.moving == Approx(-0.05).epsilon(0.01));
-  for (int k = 1; k < 500; ++k) settle_ledger(body_of(2), ledger, at_rest, at_rest, {}, kDt);
+  for (int k = 1; k < 500; ++k) settle_ledger(ledger_body(2), ledger, at_rest, at_rest, {}, kTick);
   CHECK(ledger.held.moving == Approx(-0.05 * std::exp(-1)).epsilon(0.01));
   CHECK(ledger.held.turning == Approx(-0.01 * std::exp(-1)).epsilon(0.01));
 }

@@ -4,13 +4,12 @@
 
 #include <cmath>
 
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
 
 namespace {
-
-constexpr double kDt = 1e-3;
 
 /// Moving and turning to and fro: up to 1 m/s and 10 rad/s.
 Pose commanded_at(double t) {
@@ -20,7 +19,7 @@ Pose commanded_at(double t) {
 /// The first tick in which the arm does not follow; -1: it does for two seconds. `arm_at` says
 /// where it is in a tick.
 template <class ArmAt>
-int unfollowed(ArmAt arm_at, double dt = kDt) {
+int unfollowed(ArmAt arm_at, double dt = kTick) {
   CommandedWays commanded;
   const int ticks = static_cast<int>(2 / dt);
   for (int k = 1; k <= ticks; ++k) {
@@ -49,7 +48,7 @@ TEST_CASE("following: an arm that is held is found when fifty milliseconds have 
           "[servo]") {
   const bool turns = GENERATE(false, true);
   const auto held = [turns](int k) {
-    const Pose X = commanded_at(kDt * k);
+    const Pose X = commanded_at(kTick * k);
     return turns ? Pose{X.p, {}} : Pose{{}, X.q};
   };
   const int at = unfollowed(held);
@@ -60,7 +59,7 @@ TEST_CASE("following: an arm that is held is found when fifty milliseconds have 
 
 TEST_CASE("following: it yields two millimetres and twenty milliradians", "[servo]") {
   const CommandedWays none;
-  const auto stands_at = [&](const Pose& X) { return is_following(none, {}, X, kDt); };
+  const auto stands_at = [&](const Pose& X) { return is_following(none, {}, X, kTick); };
   CHECK(stands_at({{0, 1.99e-3, 0}, {}}));
   CHECK_FALSE(stands_at({{0, 2.01e-3, 0}, {}}));
   CHECK(stands_at({{}, from_rotation_vector({19.9e-3, 0, 0})}));

@@ -2,14 +2,13 @@
 // How far a tool may go where contact has looked. The reach is written out in numbers.
 #include "servo/admittance/seen_space.h"
 
+#include "proto/math/units.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
 using namespace haptic::test;
 
 namespace {
-
-constexpr double kDt = 1e-3;
 
 ContactSet answer_to(uint64_t tick, uint32_t flags = 0) {
   ContactSet set{};
@@ -22,41 +21,41 @@ ContactSet answer_to(uint64_t tick, uint32_t flags = 0) {
 
 TEST_CASE("seen space: nothing is known of a tick that was not noted", "[servo]") {
   SeenSpace seen;
-  CHECK(seen_radius(seen, answer_to(0), {}, false, kDt) == 0);
+  CHECK(seen_radius(seen, answer_to(0), {}, false, kTick) == 0);
   note_asked(seen, 7, 1);
-  CHECK(seen_radius(seen, answer_to(7), {}, false, kDt) > 0);
-  CHECK(seen_radius(seen, answer_to(8), {}, false, kDt) == 0);
+  CHECK(seen_radius(seen, answer_to(7), {}, false, kTick) > 0);
+  CHECK(seen_radius(seen, answer_to(8), {}, false, kTick) == 0);
   // 256 ticks later another one is in its place
-  CHECK(seen_radius(seen, answer_to(7 + SeenSpace::kTicks), {}, false, kDt) == 0);
+  CHECK(seen_radius(seen, answer_to(7 + SeenSpace::kTicks), {}, false, kTick) == 0);
   note_asked(seen, 7 + SeenSpace::kTicks, 1);
-  CHECK(seen_radius(seen, answer_to(7), {}, false, kDt) == 0);
+  CHECK(seen_radius(seen, answer_to(7), {}, false, kTick) == 0);
 }
 
 TEST_CASE("seen space: twice three ticks of way, less the two that contact is ahead", "[servo]") {
   SeenSpace seen;
   // 1 m/s at 1 kHz: 2 · 3 mm − 2 mm
   note_asked(seen, 1, 1);
-  CHECK(seen_radius(seen, answer_to(1), {}, false, kDt) == Approx(4e-3));
+  CHECK(seen_radius(seen, answer_to(1), {}, false, kTick) == Approx(4e-3));
   // at rest twice the least reach of 0.2 mm, of a body too
   note_asked(seen, 2, 0);
-  CHECK(seen_radius(seen, answer_to(2), {}, false, kDt) == Approx(0.4e-3));
-  CHECK(seen_radius(seen, answer_to(2), {}, true, kDt) == Approx(0.4e-3));
+  CHECK(seen_radius(seen, answer_to(2), {}, false, kTick) == Approx(0.4e-3));
+  CHECK(seen_radius(seen, answer_to(2), {}, true, kTick) == Approx(0.4e-3));
   // contact every 5 ms: 2 · 11 mm, which is bounded at 20 mm, less 2 mm
   ContactAge slow;
   slow.median_ns = 5'000'000;
-  CHECK(seen_radius(seen, answer_to(1), slow, false, kDt) == Approx(18e-3));
+  CHECK(seen_radius(seen, answer_to(1), slow, false, kTick) == Approx(18e-3));
   note_asked(seen, 3, 0.5);
-  CHECK(seen_radius(seen, answer_to(3), slow, false, kDt) == Approx(10e-3));
+  CHECK(seen_radius(seen, answer_to(3), slow, false, kTick) == Approx(10e-3));
   // faster than contact can look ahead
   note_asked(seen, 4, 100);
-  CHECK(seen_radius(seen, answer_to(4), {}, false, kDt) == 0);
+  CHECK(seen_radius(seen, answer_to(4), {}, false, kTick) == 0);
 }
 
 TEST_CASE("seen space: a set without a free pose says nothing, a cut one little", "[servo]") {
   SeenSpace seen;
   note_asked(seen, 1, 1);
-  CHECK(seen_radius(seen, answer_to(1, kContactNoFreePose), {}, false, kDt) == 0);
-  CHECK(seen_radius(seen, answer_to(1, kContactTruncated), {}, false, kDt) == Approx(25e-6));
+  CHECK(seen_radius(seen, answer_to(1, kContactNoFreePose), {}, false, kTick) == 0);
+  CHECK(seen_radius(seen, answer_to(1, kContactTruncated), {}, false, kTick) == Approx(25e-6));
 }
 
 TEST_CASE("seen space: a tool goes half of what is left to the rim, and never beyond", "[servo]") {

@@ -8,8 +8,8 @@
 #include <cstring>
 
 using haptic::apply_command;
-using haptic::Command;
 using haptic::CommandKind;
+using haptic::ControlCommand;
 using haptic::ControlFrame;
 
 namespace {
@@ -66,7 +66,7 @@ TEST_CASE("command: what is refused says why and changes nothing", "[servo]") {
       "lead 0 0 1e9", "lead 0 0 0 1", "lead 0 0 0 1 0 0 0 0", "lead 0 0 0 2 0 0 0",
       "lead 0 0 0 0 0 0 0", "lead 0 0 0,1", "lead a b c", "lead 0 0 0 nan 0 0 0", "release me");
   ControlFrame wanted{}, before{};
-  const Command command = apply_command(line, kSession, wanted);
+  const ControlCommand command = apply_command(line, kSession, wanted);
   CAPTURE(line, command.problem);
   CHECK(command.kind == CommandKind::kRefused);
   CHECK_FALSE(command.problem.empty());
@@ -80,7 +80,7 @@ TEST_CASE("command: a renderer is had where the session has a tool and maps for 
   ControlFrame wanted{};
   haptic::assign(config.tool.mesh, "primitive:sphere");
   CHECK(apply_command("set renderer direct6", config, wanted).kind == CommandKind::kChange);
-  const Command refused = apply_command("set renderer voxel", config, wanted);
+  const ControlCommand refused = apply_command("set renderer voxel", config, wanted);
   CHECK(refused.kind == CommandKind::kRefused);
   CHECK(refused.problem.find("[contact.voxel]") != std::string::npos);
   config.voxel.is_wanted = 1;
@@ -102,12 +102,12 @@ TEST_CASE("command: the solver of a soft body is had where its renderer is in us
   config.voxel.is_wanted = 1;
   ControlFrame wanted{};
   const auto solver = [&] { return haptic::soft_solver_of(wanted.solver); };
-  const Command point = apply_command("set solver direct", config, wanted);
+  const ControlCommand point = apply_command("set solver direct", config, wanted);
   CHECK(point.problem.find("'god-object3' has one of its own") != std::string::npos);
   CHECK(apply_command("set renderer direct6", config, wanted).kind == CommandKind::kChange);
   CHECK(solver() == SoftSolver::kDirect);
   // a proxy that turns needs its springs
-  const Command still = apply_command("set solver penalty-dynamics", config, wanted);
+  const ControlCommand still = apply_command("set solver penalty-dynamics", config, wanted);
   CHECK(still.problem.find("rotational-stiffness above zero") != std::string::npos);
   CHECK(solver() == SoftSolver::kDirect);
   apply_command("set stiffness 800 N/m", config, wanted);
@@ -158,7 +158,7 @@ TEST_CASE("command: nobody leads a real hand, a recorded one, or none", "[servo]
   haptic::SessionConfig config;
   const auto problem = [&] {
     ControlFrame wanted{};
-    const Command command = apply_command(line, config, wanted);
+    const ControlCommand command = apply_command(line, config, wanted);
     CHECK(command.kind == CommandKind::kRefused);
     CHECK(wanted.revision == 0);
     return command.problem;

@@ -15,6 +15,7 @@
 #include <string>
 
 #include "proto/config/devices.h"
+#include "proto/math/units.h"
 #include "proto/os/realtime.h"
 #include "tests/support/pty_line.h"
 #include "tests/support/temporary_folder.h"
@@ -22,7 +23,6 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
 constexpr std::string_view kZero = "no force\n";
 
 /// A process that waits until it is killed, in place of the servo: only its pidfd matters.

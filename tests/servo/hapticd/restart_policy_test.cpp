@@ -4,12 +4,13 @@
 
 #include <catch2/catch.hpp>
 
+#include "proto/math/units.h"
+
 using haptic::judge_pulse;
+using haptic::kMs;
 using haptic::Pulse;
 using haptic::restart_delay_ns;
 using haptic::Silence;
-
-constexpr int64_t kMs = 1'000'000;
 
 TEST_CASE("restart policy: at once, then ever more slowly, a second at most", "[servo]") {
   CHECK(restart_delay_ns(1) == 0);

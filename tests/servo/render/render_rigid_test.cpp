@@ -30,9 +30,9 @@ std::unique_ptr<ContactSet> floor_set(Renderer renderer) {
 }
 
 /// Ticks with a new set each.
-class Session {
+class RigidSession {
  public:
-  explicit Session(const ContactSet& set) : set_(std::make_unique<ContactSet>(set)) {}
+  explicit RigidSession(const ContactSet& set) : set_(std::make_unique<ContactSet>(set)) {}
   ServoModel model = rigid_model();
   ServoState state;
   ContactSet& set() { return *set_; }
@@ -59,7 +59,7 @@ class Session {
 
 TEST_CASE("servo: a tool that never enters an object feels the coupling alone", "[servo]") {
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
-  Session session(*floor_set(renderer));
+  RigidSession session(*floor_set(renderer));
   session.model.coupling.translational_damping = 2;
   const double depth = 1e-3;
   ServoFrame f{};
@@ -80,7 +80,7 @@ TEST_CASE("servo: a tool that never enters an object feels the coupling alone", 
 
 TEST_CASE("servo: what a rigid tool meets without the hand's motion comes slowly", "[servo]") {
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
-  Session session(*floor_set(renderer));
+  RigidSession session(*floor_set(renderer));
   session.model.limits.slew = 100;
   ServoFrame f{};
   double last = 0;
@@ -94,7 +94,7 @@ TEST_CASE("servo: what a rigid tool meets without the hand's motion comes slowly
 }
 
 TEST_CASE("servo: contacts that come and go at once are felt as a ramp", "[servo][trap]") {
-  Session session(*floor_set(Renderer::kGodObject6));
+  RigidSession session(*floor_set(Renderer::kGodObject6));
   const double depth = 5e-3, full = kStiffness * depth, most = kMostForceRate * session.model.dt;
   session.set().n_contacts = 0;
   double before = session.tick({0, 0, -depth}).F_coupling_W.f.z;
@@ -129,7 +129,7 @@ TEST_CASE("servo: a plane in place of another turns the force, with friction too
   const Vec3 slope{std::sin(angle), 0, std::cos(angle)};
   auto floor = rigid_set({}, {{{}, {0, 0, 1}, 0}}), ramp = rigid_set({}, {{{}, slope, 0}});
   floor->renderer = ramp->renderer = static_cast<uint32_t>(Renderer::kGodObject6);
-  Session session(*floor);
+  RigidSession session(*floor);
   MaterialConfig& material = session.model.virtual_proxy.materials[0];
   material.friction_static = material.friction_dynamic = mu;
   for (int i = 0; i < 20; ++i) session.tick({0, 0, -depth * std::min(i / 10.0, 1.0)});
@@ -155,7 +155,7 @@ TEST_CASE("servo: a plane in place of another turns the force, with friction too
 
 TEST_CASE("servo: friction of a rigid tool is its object's, and contact hears of it", "[servo]") {
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
-  Session session(*floor_set(renderer));
+  RigidSession session(*floor_set(renderer));
   for (const double mu : {0.0, 0.5}) {
     MaterialConfig& material = session.model.virtual_proxy.materials[0];
     material.friction_static = material.friction_dynamic = mu;
@@ -174,7 +174,7 @@ TEST_CASE("servo: friction of a rigid tool is its object's, and contact hears of
 
 TEST_CASE("servo: contacts of a rigid tool that are not finite are a fault", "[servo]") {
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
-  Session session(*floor_set(renderer));
+  RigidSession session(*floor_set(renderer));
   session.tick({0, 0, -1e-3});
   session.set().contacts[1].object_point_O.z = std::numeric_limits<double>::quiet_NaN();
   const ServoFrame f = session.tick({0, 0, -1e-3});
@@ -185,7 +185,7 @@ TEST_CASE("servo: contacts of a rigid tool that are not finite are a fault", "[s
 
 TEST_CASE("servo: a rigid tool fades when contact falls silent", "[servo][trap]") {
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
-  Session session(*floor_set(renderer));
+  RigidSession session(*floor_set(renderer));
   session.model.coupling.translational_damping = 2;
   ServoFrame f{};
   for (int i = 0; i < 1000; ++i) f = session.tick({0, 0, -5e-3});
@@ -207,7 +207,7 @@ TEST_CASE("servo: a rigid tool fades when contact falls silent", "[servo][trap]"
 TEST_CASE("servo: rigid tools begin anew where nothing was felt, or another renderer ran",
           "[servo][trap]") {
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
-  Session session(*floor_set(renderer));
+  RigidSession session(*floor_set(renderer));
   const auto started = [&] {
     return is_started<haptic::GodObject6State>(session.state) ||
            is_started<haptic::Constrained6State>(session.state);

@@ -5,17 +5,17 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "proto/math/units.h"
 #include "proto/wire/wire.h"
 
 using haptic::ContactAge;
 using haptic::ContactArrival;
 using haptic::ContactWeight;
+using haptic::kMs;
+using haptic::kTick;
 using haptic::weigh_contacts;
 
 namespace {
-
-constexpr int64_t kMs = 1'000'000;
-constexpr double kDt = 1e-3;
 
 /// A servo at 1 kHz with a contact that answers every `period` ticks until `dies_at`, and again
 /// from `returns_at` on.
@@ -31,7 +31,7 @@ struct Run {
       ++arrival.seq;
       arrival.answers_t_ns = (k - 1) * kMs;
     }
-    return weigh_contacts(age, arrival, k * kMs, kDt);
+    return weigh_contacts(age, arrival, k * kMs, kTick);
   }
 };
 
@@ -106,13 +106,13 @@ TEST_CASE("contact age: sets that are already too old on arrival are not rendere
   ContactAge age;
   for (int64_t k = 0; k < 1000; ++k) {
     const ContactArrival arrival{true, static_cast<uint64_t>(k), (k - 200) * kMs, true};
-    CHECK(weigh_contacts(age, arrival, k * kMs, kDt).weight == 0);
+    CHECK(weigh_contacts(age, arrival, k * kMs, kTick).weight == 0);
   }
 }
 
 TEST_CASE("contact age: a restarted contact with the same sequence number is news", "[servo]") {
   ContactAge age;
-  weigh_contacts(age, {true, 0, 0, true}, 1 * kMs, kDt);
-  weigh_contacts(age, {true, 0, 50 * kMs, false}, 51 * kMs, kDt);
+  weigh_contacts(age, {true, 0, 0, true}, 1 * kMs, kTick);
+  weigh_contacts(age, {true, 0, 50 * kMs, false}, 51 * kMs, kTick);
   CHECK(age.answered_ns == 50 * kMs);
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/math/units.h"
 #include "tests/support/servo_tick.h"
 
 using namespace haptic;
@@ -15,9 +16,8 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kStiffness = 500, kLever = 0.05, kDepth = 4e-3;  // [N/m], [m], [m]
-constexpr double kDt = 1e-3;
-constexpr double kSlew = 200, kTorqueSlew = 4, kSoftStart = 0.1;  // [N/s], [N·m/s], [s]
+constexpr double kSpringStiffness = 500, kLever = 0.05, kDepth = 4e-3;  // [N/m], [m], [m]
+constexpr double kSlew = 200, kTorqueSlew = 4, kSoftStart = 0.1;        // [N/s], [N·m/s], [s]
 constexpr double kMaxForce = 3.6, kMaxTorque = 0.15;
 constexpr double kDamping = 2, kTurningDamping = 0.01;  // of the passivity controller
 
@@ -29,14 +29,14 @@ struct Wrist {
   void advance(double torque) {
     constexpr int kSteps = 50;
     for (int i = 0; i < kSteps; ++i) {
-      speed += kDt / kSteps * (torque - damping * speed - stiffness * angle) / inertia;
-      angle += kDt / kSteps * speed;
+      speed += kTick / kSteps * (torque - damping * speed - stiffness * angle) / inertia;
+      angle += kTick / kSteps * speed;
     }
   }
   double depth() const { return std::max(0.0, kDepth + kLever * std::sin(angle)); }
   /// Of the block on the handle: the force at the tool, and its torque by the lever.
   Wrench wall() const {
-    const double force = kStiffness * depth();
+    const double force = kSpringStiffness * depth();
     return {{0, 0, force}, {0, -kLever * std::cos(angle) * force, 0}};
   }
 };
@@ -52,7 +52,7 @@ struct Tick {
 };
 
 /// What is promised of a half of the wrench.
-struct Half {
+struct FaultHalf {
   const char* name;
   Vec3 Wrench::*of;
   double most;    // [N] or [N·m]
@@ -60,10 +60,10 @@ struct Half {
   double spring;  // and what it may grow by each radian of the hand's turn
   double damper;  // what the passivity controller may add [N·s/rad] or [N·m·s/rad]
 };
-constexpr Half kHalves[]{
-    {"force", &Wrench::f, kMaxForce, kSlew* kDt, kLever* kStiffness, kLever* kDamping},
-    {"torque", &Wrench::t, kMaxTorque, (kTorqueSlew + kLever * kSlew) * kDt,
-     kLever* kLever* kStiffness, kTurningDamping + kLever* kLever* kDamping}};
+constexpr FaultHalf kHalves[]{
+    {"force", &Wrench::f, kMaxForce, kSlew* kTick, kLever* kSpringStiffness, kLever* kDamping},
+    {"torque", &Wrench::t, kMaxTorque, (kTorqueSlew + kLever * kSlew) * kTick,
+     kLever* kLever* kSpringStiffness, kTurningDamping + kLever* kLever* kDamping}};
 
 /// A fault: what it makes of the inputs of a tick.
 struct Spoil {
@@ -77,7 +77,7 @@ struct Spoil {
 class Session {
  public:
   Session() {
-    model_ = plain_model(kStiffness);
+    model_ = plain_model(kSpringStiffness);
     model_.map.X_HT.p = {kLever, 0, 0};
     SafetyLimits& limits = model_.limits;
     limits.max_force = kMaxForce;
@@ -88,7 +88,7 @@ class Session {
     limits.max_damping = kDamping;
     limits.max_rotational_damping = kTurningDamping;
     control_.armed = 1;
-    control_.translational_stiffness = kStiffness;
+    control_.translational_stiffness = kSpringStiffness;
     run(1500);
   }
 
@@ -102,7 +102,7 @@ class Session {
 
  private:
   void step(const Spoil& spoil, int since) {
-    const double seconds = kDt + (since == 0 ? spoil.late : 0);
+    const double seconds = kTick + (since == 0 ? spoil.late : 0);
     t_ns_ += static_cast<int64_t>(1e9 * seconds);
     if (!spoil.frozen && since % spoil.every == 0) {
       fresh_ = set_of({plane({0, 0, 1}, {}, 0.2)});
@@ -140,7 +140,7 @@ class Session {
 /// What holds in every tick, with or without a fault: the first promise that is broken.
 std::string broken_always(const std::vector<Tick>& ticks) {
   for (size_t i = 1; i < ticks.size(); ++i) {
-    for (const Half& half : kHalves) {
+    for (const FaultHalf& half : kHalves) {
       const Vec3 &now = ticks[i].felt.*half.of, &last = ticks[i - 1].felt.*half.of;
       const std::string at = std::string(" ") + half.name + " in tick " + std::to_string(i);
       if (!is_finite(now)) return "not finite:" + at;
@@ -157,7 +157,7 @@ std::string broken_always(const std::vector<Tick>& ticks) {
 /// Whether both halves are the block's, times the gain, within what the passivity controller may
 /// add.
 bool is_wall(const Tick& tick) {
-  return std::all_of(std::begin(kHalves), std::end(kHalves), [&](const Half& half) {
+  return std::all_of(std::begin(kHalves), std::end(kHalves), [&](const FaultHalf& half) {
     return norm(tick.felt.*half.of - tick.wall.*half.of) <=
            half.damper * std::fabs(tick.speed) + 1e-9;
   });
@@ -172,8 +172,8 @@ bool all_zero(const std::vector<Tick>& ticks, size_t from, size_t to) {
 /// From the tick `from` on no more than the share of the soft start, and at its end the wall.
 void check_soft_start(const std::vector<Tick>& ticks, size_t from) {
   for (size_t i = from; i < ticks.size(); ++i) {
-    const double gain = std::min(1.0, static_cast<double>(i - from + 1) * kDt / kSoftStart);
-    for (const Half& half : kHalves) {
+    const double gain = std::min(1.0, static_cast<double>(i - from + 1) * kTick / kSoftStart);
+    for (const FaultHalf& half : kHalves) {
       CAPTURE(half.name, i - from, gain);
       REQUIRE(norm(ticks[i].felt.*half.of) <=
               gain * norm(ticks[i].wall.*half.of) + half.damper * std::fabs(ticks[i].speed) + 1e-9);
@@ -196,7 +196,7 @@ TEST_CASE("faults: without a fault the handle feels the block's force and torque
 }
 
 TEST_CASE("faults: the promises are seen to break", "[servo]") {
-  const Half half = GENERATE(values({kHalves[0], kHalves[1]}));
+  const FaultHalf half = GENERATE(values({kHalves[0], kHalves[1]}));
   INFO(half.name);
   Session session;
   std::vector<Tick> ticks = session.ticks();
@@ -304,7 +304,7 @@ TEST_CASE("faults: old contacts are held, faded and gone, and come back by a ram
     const double gone = (150.0 - static_cast<double>(i - begin)) / 50;
     const double left = std::clamp(gone, 0.0, 1.0);
     CAPTURE(i - begin);
-    const double force = left * kStiffness * (kDepth + kLever);
+    const double force = left * kSpringStiffness * (kDepth + kLever);
     REQUIRE(norm(ticks[i].felt.f) <= force + 1e-9);
     REQUIRE(norm(ticks[i].felt.t) <= kLever * force + 1e-9);
     REQUIRE(ticks[i].fade <= left + 1e-9);
@@ -342,7 +342,7 @@ TEST_CASE("faults: a servo that is late, and was let go, begins at zero", "[serv
                     0, false, 0.05});
   const auto& ticks = session.ticks();
   // from zero, whatever was held before
-  for (const Half& half : kHalves) {
+  for (const FaultHalf& half : kHalves) {
     CAPTURE(half.name);
     CHECK(norm(ticks[begin].felt.*half.of) <= half.slew + half.spring * ticks[begin].turned + 1e-9);
   }

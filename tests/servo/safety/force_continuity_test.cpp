@@ -2,6 +2,7 @@
 // Tests for servo/safety/force_continuity.cpp. Truth: closed forms, projections onto convex bodies,
 // the same motion seen from a frame that turns.
 #include "servo/safety/force_continuity.h"
+#include "proto/math/units.h"
 
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
@@ -11,11 +12,11 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kStiffness = 800;
-constexpr double kTick = kMostForceRate * 1e-3;  // [N]
+constexpr double kSpring = 800;
+constexpr double kTickForce = kMostForceRate * kTick;  // [N]
 
 ForceStep step_of(const Wrench& F_W, const Pose& X_WT = {}, uint32_t carrier = kMaxObjects) {
-  return {F_W, X_WT, carrier, kStiffness, 2, 1e-3};
+  return {F_W, X_WT, carrier, kSpring, 2, 1e-3};
 }
 
 }  // namespace
@@ -27,12 +28,12 @@ TEST_CASE("force continuity: a step becomes a ramp of the stated rate", "[servo]
   const Vec3 way = normalized(Vec3{1, 2, -2});
   for (int i = 1; i <= 10; ++i) {
     const Wrench F = limit_force_step(state, step_of({4 * way, {}}), X_WO);
-    CHECK_THAT(F.f, IsNear(std::min(i * kTick, 4.0) * way, 1e-12));
+    CHECK_THAT(F.f, IsNear(std::min(i * kTickForce, 4.0) * way, 1e-12));
     CHECK(F.t == Vec3{});
   }
   // what the hand moves the spring by comes at once, in addition
   const Wrench F = limit_force_step(state, step_of({}, {{1e-3, 0, 0}, {}}), X_WO);
-  CHECK_THAT(F.f, IsNear((4 - kTick - kStiffness * 1e-3) * way, 1e-12));
+  CHECK_THAT(F.f, IsNear((4 - kTickForce - kSpring * 1e-3) * way, 1e-12));
 }
 
 TEST_CASE("force continuity: torques count by the lever of the springs", "[servo]") {
@@ -41,7 +42,7 @@ TEST_CASE("force continuity: torques count by the lever of the springs", "[servo
   limit_force_step(state, step_of({}), X_WO);
   // √(k_T/k_R) = 20 / m
   const Wrench F = limit_force_step(state, step_of({{}, {0, 1, 0}}), X_WO);
-  CHECK_THAT(F.t, IsNear({0, kTick / 20, 0}, 1e-12));
+  CHECK_THAT(F.t, IsNear({0, kTickForce / 20, 0}, 1e-12));
 }
 
 TEST_CASE("force continuity: the first force, and none, pass as they are", "[servo]") {
@@ -72,7 +73,7 @@ TEST_CASE("force continuity: the spring to a convex body at rest is never held b
       const Vec3 foot = is_ball ? (norm(p) > 0.05 ? 0.05 * normalized(p) : p)
                                 : Vec3{std::clamp(p.x, -0.03, 0.03), std::clamp(p.y, -0.02, 0.02),
                                        std::clamp(p.z, -0.04, 0.04)};
-      const Wrench F{kStiffness * (foot - p), {}};
+      const Wrench F{kSpring * (foot - p), {}};
       REQUIRE(limit_force_step(state, step_of(F, {p, {}}, 0), X_WO) == F);
     }
   }

@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "proto/math/units.h"
 #include "servo/safety/safety.h"
 #include "tests/support/near.h"
 
@@ -14,7 +15,6 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kDt = 1e-3;
 constexpr int64_t kTickNs = 1'000'000;
 
 /// A port that is held with a wrench and then moves and turns.
@@ -44,8 +44,8 @@ struct Port {
     return keep();
   }
   PassivityOutput keep() {
-    const PassivityOutput out = keep_passive(state, input, kDt);
-    note_held(state, out.F_B, kDt);
+    const PassivityOutput out = keep_passive(state, input, kTick);
+    note_held(state, out.F_B, kTick);
     return out;
   }
   void move(const Vec3& step_B, const Vec3& turn_B) {
@@ -98,7 +98,7 @@ TEST_CASE("passivity: a wall within the limit of Colgate and Schenkel is left al
   for (int k = 0; k < 2000; ++k) {
     const double force = std::max(-400 * mass.x, 0.0);
     REQUIRE_FALSE(port.hold(mass.x, force).damped);
-    mass.advance(force - 0.5, kDt);
+    mass.advance(force - 0.5, kTick);
   }
 }
 
@@ -113,7 +113,7 @@ TEST_CASE("passivity: the damper stays within its bound and against the motion",
   CHECK(port.state.energy == Approx(-0.05));
   // along the force only: a smooth part stays smooth
   const Vec3& damped = port.turning ? out.F_B.t : out.F_B.f;
-  CHECK_THAT(damped, IsNear({5 - 0.1 * 0.01 / kDt, 0, 0}, 1e-12));
+  CHECK_THAT(damped, IsNear({5 - 0.1 * 0.01 / kTick, 0, 0}, 1e-12));
 }
 
 TEST_CASE("passivity: less than the slack is the noise of a passive wall", "[servo]") {
@@ -152,8 +152,8 @@ TEST_CASE("passivity: after a gap the way is divided by the time that it took", 
   for (int k = 1; k <= 4; ++k) CHECK_FALSE(port.keep().damped);
   const double before = port.state.energy;
   port.tick = 5;
-  const PassivityOutput out = port.hold(5 * kDt * speed, 2.75);
-  CHECK(port.state.energy == Approx(before - 4 * 5 * kDt * speed));
+  const PassivityOutput out = port.hold(5 * kTick * speed, 2.75);
+  CHECK(port.state.energy == Approx(before - 4 * 5 * kTick * speed));
   CHECK(port.of(out) == Approx(2.75 - 2 * speed));
 }
 
@@ -162,7 +162,7 @@ TEST_CASE("passivity: a moving object may push and turn the hand, that work is i
   Port port = each_port(2);
   CAPTURE(port.turning);
   (port.turning ? port.input.surface_B.w : port.input.surface_B.v) = {0.1, 0, 0};
-  for (int k = 0; k <= 1000; ++k) CHECK_FALSE(port.hold(k * kDt * 0.1, 2).damped);
+  for (int k = 0; k <= 1000; ++k) CHECK_FALSE(port.hold(k * kTick * 0.1, 2).damped);
   CHECK(std::fabs(port.state.energy) < 1e-12);
 }
 
@@ -199,8 +199,8 @@ TEST_CASE("passivity: the energy of six dimensions is the sum of what was held t
       port.move(step, turn);
       for (int i = 0; i < 3; ++i) {
         const auto of = [i](const Vec3& a) { return i == 0 ? a.x : i == 1 ? a.y : a.z; };
-        moving += static_cast<long double>(of(held.f)) * (of(step) - kDt * of(surface.v));
-        turning += static_cast<long double>(of(held.t)) * (of(turn) - kDt * of(surface.w));
+        moving += static_cast<long double>(of(held.f)) * (of(step) - kTick * of(surface.v));
+        turning += static_cast<long double>(of(held.t)) * (of(turn) - kTick * of(surface.w));
       }
     }
     held = port.hold({any(5), any(0.3)}).F_B;
@@ -284,8 +284,8 @@ TEST_CASE("passivity: taps come back with no more energy than without the safety
       input.device.V_BH.v = {mass.v, 0, 0};
       input.now_ns = input.device.t_ns = k * kTickNs;
       input.device.flags = kDeviceFresh | kDeviceHomed;
-      const double force = safe ? make_safe(limits, state, input, kDt).F_B.f.x : input.F_B.f.x;
-      mass.advance(force, kDt);
+      const double force = safe ? make_safe(limits, state, input, kTick).F_B.f.x : input.F_B.f.x;
+      mass.advance(force, kTick);
     }
     return 0.5 * mass.m * mass.v * mass.v;
   };

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "proto/math/units.h"
 #include "servo/safety/passivity.h"
 #include "tests/support/near.h"
 
@@ -13,9 +14,8 @@ using namespace haptic;
 
 namespace {
 
-constexpr double kDt = 1e-3;
-constexpr double kLever = 0.06;    // at which a turning wall is the moving one [m]
-constexpr double kStill = 0.3e-3;  // three steps of the encoders: more is an oscillation [m]
+constexpr double kWallLever = 0.06;  // at which a turning wall is the moving one [m]
+constexpr double kQuiet = 0.3e-3;    // three steps of the encoders: more is an oscillation [m]
 const Vec3 kAxis = normalized(Vec3{1, 2, -2});
 
 struct Case {
@@ -33,7 +33,7 @@ struct Case {
   double seconds = 1.5;
 };
 
-struct Run {
+struct WallRun {
   int bounces = 0;        // times the wall was left for good, before the hand stays
   double amplitude = 0;   // peak to peak in the last third [m]
   double frequency = 0;   // there, by crossings of the mean [Hz]
@@ -58,29 +58,29 @@ double through_port(PassivityState& state, const Case& wall, bool turning, int k
   PassivityInput port;
   port.t_ns = k * int64_t{1'000'000};
   if (turning) {
-    port.X_BH.q = from_rotation_vector(x / kLever * kAxis);
-    port.F_B.t = force * kLever * kAxis;
-    port.max_rotational_damping = wall.max_damping * kLever * kLever;
+    port.X_BH.q = from_rotation_vector(x / kWallLever * kAxis);
+    port.F_B.t = force * kWallLever * kAxis;
+    port.max_rotational_damping = wall.max_damping * kWallLever * kWallLever;
   } else {
     port.X_BH.p = {x, 0, 0};
     port.F_B.f = {force, 0, 0};
     port.max_damping = wall.max_damping;
   }
-  Wrench F_B = keep_passive(state, port, kDt).F_B;
-  const double kept = turning ? dot(F_B.t, kAxis) / kLever : F_B.f.x;
+  Wrench F_B = keep_passive(state, port, kTick).F_B;
+  const double kept = turning ? dot(F_B.t, kAxis) / kWallLever : F_B.f.x;
   const double given = std::clamp(kept, -wall.most_force, wall.most_force);
   F_B = given / (kept == 0 ? 1 : kept) * F_B;
-  note_held(state, F_B, kDt);
+  note_held(state, F_B, kTick);
   return given;
 }
 
-Run run(const Case& wall, bool turning) {
+WallRun run(const Case& wall, bool turning) {
   double x = wall.away, v = -wall.speed, held = 0;
   PassivityState state;
-  Run run;
+  WallRun run;
   std::vector<double> last;
   bool inside = false;
-  const int ticks = static_cast<int>(wall.seconds / kDt);
+  const int ticks = static_cast<int>(wall.seconds / kTick);
   for (int k = 0; k < ticks; ++k) {
     const double measured = stepped(x, wall.position_step);
     if (k % wall.hold == 0) {
@@ -91,7 +91,7 @@ Run run(const Case& wall, bool turning) {
     if (wall.max_damping > 0) force = through_port(state, wall, turning, k, measured, held);
     run.controller = std::max(run.controller, std::fabs(force - held));
     const double before = x;
-    advance(wall.mass, wall.damping, force - wall.push, kDt, x, v);
+    advance(wall.mass, wall.damping, force - wall.push, kTick, x, v);
     run.energy -= force * (x - before);
     if (inside && x > 0) ++run.bounces;
     inside = x < 0;
@@ -103,7 +103,7 @@ Run run(const Case& wall, bool turning) {
   for (const double y : last) mean += y / static_cast<double>(last.size());
   int crossings = 0;
   for (size_t i = 1; i < last.size(); ++i) crossings += (last[i] > mean) != (last[i - 1] > mean);
-  run.frequency = crossings / (2 * kDt * static_cast<double>(last.size()));
+  run.frequency = crossings / (2 * kTick * static_cast<double>(last.size()));
   return run;
 }
 
@@ -133,14 +133,14 @@ Case excalibur(double mass, double stiffness, int hold) {
 
 /// The worst of fifteen phases, in which the contact falls between the samples.
 struct Worst {
-  Run loose{.bounces = 1000, .amplitude = 1}, kept;
+  WallRun loose{.bounces = 1000, .amplitude = 1}, kept;
 };
 
 Worst worst_of(Case wall, bool turning) {
   Worst worst;
   for (int i = 0; i < 15; ++i) {
     wall.away = 0.2e-3 * i;
-    const Run loose = run(without_controller(wall), turning), kept = run(wall, turning);
+    const WallRun loose = run(without_controller(wall), turning), kept = run(wall, turning);
     worst.loose.bounces = std::min(worst.loose.bounces, loose.bounces);
     worst.loose.amplitude = std::min(worst.loose.amplitude, loose.amplitude);
     worst.kept.bounces = std::max(worst.kept.bounces, kept.bounces);
@@ -161,7 +161,7 @@ TEST_CASE("passivity: Hannaford and Ryu's wall of 90 kN/m settles within six bou
   CHECK(worst.loose.amplitude > 0.3e-3);
   CHECK(worst.loose.bounces > 20);
   CHECK(worst.kept.bounces <= 6);
-  CHECK(worst.kept.amplitude < kStill);
+  CHECK(worst.kept.amplitude < kQuiet);
 }
 
 TEST_CASE("passivity: Hannaford and Ryu's wall of 30 kN/m at 66.7 Hz settles within one bounce",
@@ -172,7 +172,7 @@ TEST_CASE("passivity: Hannaford and Ryu's wall of 30 kN/m at 66.7 Hz settles wit
   CAPTURE(turning, mass, worst.kept.controller);
   CHECK(worst.loose.amplitude > 10e-3);
   CHECK(worst.kept.bounces <= 1);
-  CHECK(worst.kept.amplitude < kStill);
+  CHECK(worst.kept.amplitude < kQuiet);
 }
 
 TEST_CASE("passivity: the limit cycle of a wall of 2500 N/m, with published figures",
@@ -186,7 +186,7 @@ TEST_CASE("passivity: the limit cycle of a wall of 2500 N/m, with published figu
   wall.push = 0.67;
   wall.stiffness = 2500;
   wall.max_damping = 0.8;
-  const Run loose = run(without_controller(wall), turning), kept = run(wall, turning);
+  const WallRun loose = run(without_controller(wall), turning), kept = run(wall, turning);
   CAPTURE(turning, kept.amplitude, kept.energy, kept.controller);
   CHECK(loose.frequency == Approx(34).margin(1.5));
   CHECK(loose.amplitude == Approx(1.66e-3).epsilon(0.02));

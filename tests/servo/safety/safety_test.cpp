@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "proto/math/units.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 
@@ -14,7 +15,6 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kDt = 1e-3;
 constexpr uint32_t kGood = kDeviceFresh | kDeviceHomed;
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
 const double kInfinity = std::numeric_limits<double>::infinity();
@@ -32,9 +32,9 @@ struct Handle {
     state.gain = 1;
     input.device.flags = kGood | kDeviceOpenLoop;
   }
-  SafetyOutput tick(double seconds = kDt) {
+  SafetyOutput tick(double seconds = kTick) {
     input.now_ns = input.device.t_ns = input.now_ns + static_cast<int64_t>(1e9 * seconds);
-    return make_safe(limits, state, input, kDt);
+    return make_safe(limits, state, input, kTick);
   }
   SafetyOutput ask(const Wrench& F_B) {
     input.F_B = F_B;
@@ -191,8 +191,8 @@ TEST_CASE("safety: soft start rises linearly from zero and never steps", "[servo
   double before = 0;
   for (int k = 0; k <= 600; ++k) {
     const double now = half.shares(handle.ask(half.share(0.8))).x;
-    CHECK(now == Approx(0.8 * std::min(1.0, k * kDt / 0.5)).margin(1e-12));
-    CHECK(now - before <= 0.8 * kDt / 0.5 + 1e-12);
+    CHECK(now == Approx(0.8 * std::min(1.0, k * kTick / 0.5)).margin(1e-12));
+    CHECK(now - before <= 0.8 * kTick / 0.5 + 1e-12);
     before = now;
   }
 }
@@ -279,8 +279,8 @@ TEST_CASE("safety: a pose that jumps is a fault, over the time that was measured
   SECTION("a hand at the limit, with encoder steps and jitter, is no jump") {
     for (int k = 1; k < 1000; ++k) {
       const double sign = k % 2 == 0 ? 1 : -1;
-      half.move(handle, {0, 0, half.fast() * kDt * (1 + sign / 4)});
-      handle.tick(kDt - sign * 4e-4);
+      half.move(handle, {0, 0, half.fast() * kTick * (1 + sign / 4)});
+      handle.tick(kTick - sign * 4e-4);
       REQUIRE(handle.state.fault == Fault::kNone);
     }
   }
@@ -331,7 +331,7 @@ TEST_CASE("safety: what comes grows by the time that has passed, what is held go
   const Half half = each_half();
   INFO(half.name);
   Handle handle;
-  handle.limits.*half.slew = 0.4 * half.limit / kDt;
+  handle.limits.*half.slew = 0.4 * half.limit / kTick;
   const auto ask = [&](const Vec3& shares) { return half.shares(handle.ask(half.share(shares))); };
   SECTION("it shrinks at once, and into a corner the force of the existing wall is unchanged") {
     CHECK_THAT(ask({0.8, 0, 0}), IsNear({0.4, 0, 0}, 1e-12));
@@ -363,7 +363,7 @@ TEST_CASE("safety: what comes grows by the time that has passed, what is held go
     CHECK(half.shares(handle.tick()).x == Approx(0.8));
   }
   SECTION("what is let go falls no faster than it may grow") {
-    handle.limits.*half.slew = 0.005 * half.limit / kDt;
+    handle.limits.*half.slew = 0.005 * half.limit / kTick;
     handle.state.held_B = half.share(0.5);
     handle.input.letting_go = true;
     ask({0.5, 0, 0});
@@ -407,8 +407,9 @@ TEST_CASE("safety: whatever is asked for, no tick grows by more than slew and ha
     handle.input.device.flags = k > 10'000 ? kGood | kDeviceOpenLoop : kGood;
     const Wrench now = handle.tick().F_B;
     const double force =
-        handle.limits.slew * kDt + stiffness * norm(step) + lever * stiffness * norm(turn);
-    const double torque = handle.limits.torque_slew * kDt + rotational * norm(turn) + lever * force;
+        handle.limits.slew * kTick + stiffness * norm(step) + lever * stiffness * norm(turn);
+    const double torque =
+        handle.limits.torque_slew * kTick + rotational * norm(turn) + lever * force;
     CAPTURE(k, lever, norm(step), norm(turn), norm(now.f), norm(now.t));
     REQUIRE(growth(now.f, last.f) <= force * (1 + 1e-9));
     REQUIRE(growth(now.t, last.t) <= torque * (1 + 1e-9));
@@ -435,11 +436,11 @@ TEST_CASE("safety: a slap or a twist against a stiff wall is not slowed", "[serv
   handle.input.stiffness = {stiffness, 0, rotational, lever};
   for (int k = -5; k < 8; ++k) {
     const double ticks = k + 0.4, inside = std::max(0.0, ticks);
-    handle.input.device.X_BH.p = -1.5 * kDt * ticks * normal;
-    handle.turn({15 * kDt, 0, 0});
-    handle.input.F_B.f = stiffness * 1.5 * kDt * inside * normal;
+    handle.input.device.X_BH.p = -1.5 * kTick * ticks * normal;
+    handle.turn({15 * kTick, 0, 0});
+    handle.input.F_B.f = stiffness * 1.5 * kTick * inside * normal;
     handle.input.F_B.t =
-        cross(arm, handle.input.F_B.f) - Vec3{rotational * 15 * kDt * inside, 0, 0};
+        cross(arm, handle.input.F_B.f) - Vec3{rotational * 15 * kTick * inside, 0, 0};
     const SafetyOutput out = handle.tick();
     CAPTURE(k);
     CHECK(out.F_B == handle.input.F_B);
@@ -471,7 +472,7 @@ TEST_CASE("safety: what gives energy away is damped, but not where contacts fade
   handle.limits.*half.damping = 0.1 * half.limit / half.fast();
   handle.ask(half.share(0.5));
   // pushed along at the velocity limit, 4 mJ and more in a tick
-  half.move(handle, {2 * half.fast() * kDt, 0, 0});
+  half.move(handle, {2 * half.fast() * kTick, 0, 0});
   handle.input.fading = fading;
   const SafetyOutput out = handle.tick();
   CHECK(half.shares(out).x == Approx(fading ? 0.5 : 0.5 - 0.1 * 2));

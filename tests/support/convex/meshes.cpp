@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/support/convex/meshes.h"
+#include "proto/math/units.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 namespace haptic::test {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 /// Adds the two triangles of a quad, counter-clockwise as seen from outside.
 void add_quad(Soup& soup, uint32_t a, uint32_t b, uint32_t c, uint32_t d) {

@@ -8,6 +8,8 @@
 
 namespace haptic::test {
 
+inline constexpr double kPromised = 1e-6;  // how convex a piece is, of the size of the mesh
+
 /// A PieceTree that owns its arrays.
 struct SplitTree {
   std::vector<Piece> pieces;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "device-io/threemotors/three_motor_device.h"
+#include "proto/math/units.h"
 
 namespace haptic::test {
 
@@ -34,7 +35,6 @@ inline void spoil(std::vector<uint8_t>& answer, std::vector<uint8_t>& before, un
 template <typename Exchange, typename AnswerOf>
 size_t fuzz_exchange(const ThreeMotorArm& arm, size_t n, size_t head, int most, const Vec3& push_B,
                      AnswerOf answer_of) {
-  constexpr int64_t kMs = 1'000'000;
   const auto mailbox = std::make_shared<MotorMailbox>();
   Exchange exchange(*mailbox);
   ThreeMotorDevice device(arm, {}, mailbox);

@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/support/usb/emulated_falcon.h"
+#include "proto/math/units.h"
+#include "tests/support/usb/emulated_usb.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 namespace haptic::test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kWatchdogNs = 100 * kMs;  // an assumption: nobody has measured it
 constexpr size_t kPayload = 62;             // of a packet of the chip
 constexpr size_t kSmallestImage = 64;
-constexpr size_t kQueue = 50;  // answers
 
 /// Angle of an upper arm at a place of the handle: bisection on the length of the lower arm.
 double angle_at(const Vec3& p_B, int leg) {
@@ -69,7 +67,7 @@ Vec3 force_of(const Vec3& p_B, const std::array<int, 3>& words) {
   return force;
 }
 
-UsbDescriptors describe(const std::string& serial) {
+UsbDescriptors describe_falcon(const std::string& serial) {
   UsbDescriptors all;
   all.vendor = 0x0403;
   all.product = 0xcb48;
@@ -84,7 +82,7 @@ UsbDescriptors describe(const std::string& serial) {
 
 EmulatedFalcon::EmulatedFalcon(const EmulatedFalconOptions& options)
     : options_(options),
-      descriptors_(describe(options.serial)),
+      descriptors_(describe_falcon(options.serial)),
       intention_(options.intention ? options.intention : seeded_intention(options.hand)) {
   if (options.has_firmware) state_ = State::kRunning;
   plant_ = start_plant(options_.hand, intention_);
@@ -232,7 +230,7 @@ void EmulatedFalcon::answer() {
   packet.push_back(static_cast<uint8_t>('A' + (homed << 4)));
   packet.insert(packet.end(), {'A', '>'});
   said_.push_back(packet);
-  if (said_.size() > kQueue) said_.pop_front();
+  if (said_.size() > kRemembered) said_.pop_front();
   if (lie_ == Lie::kFrozen) packet = whole_;
   if (lie_ != Lie::kFrozen) whole_ = packet;
   if (lie_ == Lie::kOldFirst) send(said_.front());

@@ -3,24 +3,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include "proto/math/mat3.h"
+#include "proto/math/units.h"
+#include "tests/support/usb/emulated_usb.h"
 
 namespace haptic::test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kReportNs = kMs;          // bInterval 1 at full speed
-constexpr int64_t kWatchdogNs = 500 * kMs;  // msg_watchdog.attach(…, 0.5)
-constexpr int kMostMilliamperes = 3000;     // above it the firmware's signal is full
-constexpr size_t kQueue = 50;               // reports that a liar remembers
+constexpr int64_t kArmReportNs = kMs;          // bInterval 1 at full speed
+constexpr int64_t kArmWatchdogNs = 500 * kMs;  // msg_watchdog.attach(…, 0.5)
+constexpr int kMostMilliamperes = 3000;        // above it the firmware's signal is full
 constexpr size_t kReport = 8;
 const Vec3 kMiddle{0.22, 0, 0.08};  // workspace_origin of woodenhaptics_2016ed.json [m]
 
-UsbDescriptors describe(const EmulatedHidArmOptions& options) {
+UsbDescriptors describe_hid_arm(const EmulatedHidArmOptions& options) {
   UsbDescriptors all;
   all.vendor = 0x1234;
   all.product = 0x0006;
@@ -49,7 +47,7 @@ Vec3 solved(const std::array<Vec3, 3>& columns, const Vec3& b) {
 
 EmulatedHidArm::EmulatedHidArm(const EmulatedHidArmOptions& options)
     : options_(options),
-      descriptors_(describe(options)),
+      descriptors_(describe_hid_arm(options)),
       intention_(seeded_intention(options.hand)) {
   plant_ = start_plant(options_.hand, intention_);
   sense();
@@ -145,7 +143,7 @@ void EmulatedHidArm::report() {
   }
   if (lie_ == Lie::kFrozen && !said_.empty()) report = said_.back();
   said_.push_back(report);
-  if (said_.size() > kQueue) said_.pop_front();
+  if (said_.size() > kRemembered) said_.pop_front();
   if (loses()) return;
   if (lie_ == Lie::kHalves) {
     to_host_.push_back({report.begin(), report.begin() + 4});
@@ -159,7 +157,7 @@ void EmulatedHidArm::report() {
 bool EmulatedHidArm::give(uint8_t endpoint, size_t most, UsbBytes& packet, int64_t t_ns) {
   if (endpoint != 0x81) throw std::logic_error("the arm has one IN endpoint");
   advance_to(t_ns);
-  if (to_host_.empty() && t_ns - reported_ns_ >= kReportNs) {
+  if (to_host_.empty() && t_ns - reported_ns_ >= kArmReportNs) {
     reported_ns_ = t_ns;
     report();
   }
@@ -173,7 +171,7 @@ bool EmulatedHidArm::give(uint8_t endpoint, size_t most, UsbBytes& packet, int64
 void EmulatedHidArm::advance_to(int64_t t_ns) {
   if (t_ns_ == 0) t_ns_ = t_ns;
   if (t_ns <= t_ns_) return;
-  if (t_ns - commanded_ns_ > kWatchdogNs) {
+  if (t_ns - commanded_ns_ > kArmWatchdogNs) {
     enabled_ = false;
     milliamperes_ = {};
     force_B_ = {};

@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "tests/support/usb/emulated_usb.h"
+
 namespace haptic::test {
 namespace {
 
 constexpr int64_t kReportNs = 8'000'000;
-constexpr size_t kQueue = 20;  // reports that a liar remembers
 constexpr int kLastZeros = 3;  // of each kind, before it is silent
 
 /// Page 1, usage 8: a multi-axis controller, with its three input reports and its light.
@@ -28,7 +29,7 @@ UsbBytes report_descriptor() {
           0x07, 0x91, 0x03, 0xc0, 0xc0};
 }
 
-UsbDescriptors describe(const EmulatedSpaceMouseOptions& options) {
+UsbDescriptors describe_spacemouse(const EmulatedSpaceMouseOptions& options) {
   const bool whole = options.whole || options.product != 0;
   UsbDescriptors all;
   all.vendor = whole ? 0x256f : 0x046d;
@@ -66,7 +67,7 @@ UsbDescriptors describe(const EmulatedSpaceMouseOptions& options) {
 }  // namespace
 
 EmulatedSpaceMouse::EmulatedSpaceMouse(const EmulatedSpaceMouseOptions& options)
-    : options_(options), descriptors_(describe(options)) {}
+    : options_(options), descriptors_(describe_spacemouse(options)) {}
 
 bool EmulatedSpaceMouse::control(const UsbSetup& setup, const UsbBytes& out, UsbBytes&,
                                  int64_t t_ns) {
@@ -101,7 +102,7 @@ void EmulatedSpaceMouse::say(UsbBytes report) {
   ++reports_;
   if (lie_ == Lie::kFrozen && !said_.empty()) report = said_.front();
   said_.push_back(report);
-  if (said_.size() > kQueue) said_.pop_front();
+  if (said_.size() > kRemembered) said_.pop_front();
   if (lie_ == Lie::kLoses && random_() % 10 == 0) return;
   if (lie_ == Lie::kDelayed) report = said_.front();
   if (lie_ != Lie::kHalves) return to_host_.push_back(report);

@@ -10,6 +10,8 @@ namespace haptic::test {
 
 using UsbBytes = std::vector<uint8_t>;
 
+inline constexpr size_t kRemembered = 50;  // reports that a liar remembers
+
 struct UsbDescriptors {
   uint16_t vendor = 0, product = 0;
   UsbBytes device;                   // 18 bytes

@@ -11,11 +11,11 @@
 #include <numbers>
 
 #include "proto/math/quat.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kDt = 1e-3;                  // [s]
 constexpr int64_t kBegin_ns = 1'000'000'000;  // of the virtual clock
 constexpr uint32_t kReady = kDeviceFresh | kDeviceHomed;
 
@@ -35,11 +35,11 @@ struct Handle {
 
   void step(const Wrench& F, double t) {
     const Vec3 aim = rest + Vec3{hand(t), hand(t), hand(t)};
-    v += (kDt / mass) * (sign * F.f - stiffness * (x - aim) - damping * v);
-    x += kDt * v;
+    v += (kTick / mass) * (sign * F.f - stiffness * (x - aim) - damping * v);
+    x += kTick * v;
     // 1 N·m/rad, critically damped at 1e-3 kg·m²
-    turning += (kDt / 1e-3) * (sign * F.t - turn - 0.06 * turning);
-    turn += kDt * turning;
+    turning += (kTick / 1e-3) * (sign * F.t - turn - 0.06 * turning);
+    turn += kTick * turning;
   }
   DeviceState state(double t) const {
     DeviceState device{};
@@ -56,10 +56,10 @@ std::vector<TrialRow> push(Handle& handle, const SafetyLimits& limits, Wrench* m
                            TrialEnd* end = nullptr) {
   GuardedHand guard(limits, 0.05);
   PushStep step(guard.limits());
-  for (int i = 0; i * kDt < step.time() && guard.end() == TrialEnd::kNone; ++i) {
-    const double t = i * kDt;
+  for (int i = 0; i * kTick < step.time() && guard.end() == TrialEnd::kNone; ++i) {
+    const double t = i * kTick;
     const DeviceState device = handle.state(t);
-    const Wrench F = guard.tick(device, device.t_ns, step.wanted(t), kDt);
+    const Wrench F = guard.tick(device, device.t_ns, step.wanted(t), kTick);
     step.note(device, t);
     handle.step(F, t);
     if (most != nullptr && norm(F.f) > most->f.x) most->f.x = norm(F.f);
@@ -126,17 +126,17 @@ TEST_CASE("trial: what a hand does not hold ends the push, and nothing more is c
     handle.x.x = x;
     DeviceState device = handle.state(t);
     device.flags = flags;
-    return norm(guard.tick(device, device.t_ns, {{2, 0, 0}, {}}, kDt).f);
+    return norm(guard.tick(device, device.t_ns, {{2, 0, 0}, {}}, kTick).f);
   };
   double t = 0, force = 0;
-  for (; t < 0.5; t += kDt) force = told(t, kReady, 0.01);
+  for (; t < 0.5; t += kTick) force = told(t, kReady, 0.01);
   CHECK(force == Approx(2));
   // slowly out of reach
-  for (double x = 0.01; x < 0.1; x += 1e-4, t += kDt) force = told(t, kReady, x);
+  for (double x = 0.01; x < 0.1; x += 1e-4, t += kTick) force = told(t, kReady, x);
   CHECK(guard.end() == TrialEnd::kTooFar);
   CHECK(force == 0);
   // nor when the hand has brought it back
-  for (double x = 0.0995; x > 0.01; x -= 1e-4, t += kDt) CHECK(told(t, kReady, x) == 0);
+  for (double x = 0.0995; x > 0.01; x -= 1e-4, t += kTick) CHECK(told(t, kReady, x) == 0);
 }
 
 TEST_CASE("trial: a device that goes silent, noisy, mad or unhomed gets no force any more") {
@@ -146,20 +146,20 @@ TEST_CASE("trial: a device that goes silent, noisy, mad or unhomed gets no force
   Handle handle;
   double t = 0;
   Wrench F;
-  for (; t < 1; t += kDt)
-    F = guard.tick(handle.state(t), handle.state(t).t_ns, {{1, 0, 0}, {}}, kDt);
+  for (; t < 1; t += kTick)
+    F = guard.tick(handle.state(t), handle.state(t).t_ns, {{1, 0, 0}, {}}, kTick);
   CHECK(norm(F.f) == Approx(1));
   CAPTURE(flags);
   DeviceState bad = handle.state(t);
   bad.flags = flags;
   if (flags == kReady) bad.X_BH.p.x = std::numeric_limits<double>::quiet_NaN();
   // at once without force; what is lost for a moment only may come back
-  CHECK(norm(guard.tick(bad, bad.t_ns, {{1, 0, 0}, {}}, kDt).f) == 0);
+  CHECK(norm(guard.tick(bad, bad.t_ns, {{1, 0, 0}, {}}, kTick).f) == 0);
   const bool is_fault = flags != (kReady | kDeviceLost) && flags != kDeviceFresh;
   CHECK(guard.end() == (is_fault ? TrialEnd::kFault : TrialEnd::kNone));
   for (int i = 1; i < 110; ++i) {
     bad.t_ns += 1'000'000;
-    CHECK(norm(guard.tick(bad, bad.t_ns, {{1, 0, 0}, {}}, kDt).f) == 0);
+    CHECK(norm(guard.tick(bad, bad.t_ns, {{1, 0, 0}, {}}, kTick).f) == 0);
   }
   CHECK(guard.end() == (is_fault ? TrialEnd::kFault : TrialEnd::kLost));
 }
@@ -167,9 +167,9 @@ TEST_CASE("trial: a device that goes silent, noisy, mad or unhomed gets no force
 TEST_CASE("trial: while looking nothing is commanded, whatever is wanted") {
   GuardedHand guard(limits_of(8), 0);
   Handle handle;
-  for (double t = 0; t < 0.5; t += kDt) {
+  for (double t = 0; t < 0.5; t += kTick) {
     const DeviceState device = handle.state(t);
-    CHECK(norm(guard.tick(device, device.t_ns, {{8, 0, 0}, {}}, kDt).f) == 0);
+    CHECK(norm(guard.tick(device, device.t_ns, {{8, 0, 0}, {}}, kTick).f) == 0);
   }
   CHECK(guard.end() == TrialEnd::kNone);
 }
@@ -177,7 +177,7 @@ TEST_CASE("trial: while looking nothing is commanded, whatever is wanted") {
 TEST_CASE("trial: looking tells a good device from one that is silent, unhomed or in doubt") {
   const auto looked = [](const std::function<void(DeviceState&, double)>& spoil) {
     LookStep look;
-    for (double t = 0; t < LookStep::kTime; t += kDt) {
+    for (double t = 0; t < LookStep::kTime; t += kTick) {
       Handle handle;
       handle.x.y = 0.02 + 0.03 * std::sin(t);
       DeviceState device = handle.state(t);
@@ -212,9 +212,9 @@ TEST_CASE("trial: the full force is reached against a hand that holds, and only 
     GuardedHand guard(limits_of(4), 1);
     FullStep step(guard.limits());
     double most = 0;
-    for (double t = 0; t < FullStep::kTime && guard.end() == TrialEnd::kNone; t += kDt) {
+    for (double t = 0; t < FullStep::kTime && guard.end() == TrialEnd::kNone; t += kTick) {
       const DeviceState device = handle.state(t);
-      const Wrench F = guard.tick(device, device.t_ns, step.wanted(device, t), kDt);
+      const Wrench F = guard.tick(device, device.t_ns, step.wanted(device, t), kTick);
       step.note(device, F, t);
       handle.step(F, t);
       most = std::max(most, norm(F.f));

@@ -13,14 +13,13 @@
 #include "contact/shape/mesh/mesh_topology.h"
 #include "tests/support/cgal_pairs.h"
 #include "tests/support/convex/meshes.h"
+#include "tests/support/convex/split_tree.h"
 #include "tests/support/meshes.h"
 
 using namespace haptic;
 using namespace haptic::test;
 
 namespace {
-
-constexpr double kPromised = 1e-6;  // how convex a piece is, of the size of the mesh
 
 /// The most by which a corner of the piece lies above the plane of one of its triangles.
 double most_above(const SimplePiece& piece) {

@@ -13,14 +13,13 @@
 #include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/mesh_topology.h"
 #include "tests/support/convex/meshes.h"
+#include "tests/support/convex/split_tree.h"
 #include "tests/support/meshes.h"
 
 using namespace haptic;
 using namespace haptic::test;
 
 namespace {
-
-constexpr double kPromised = 1e-6;  // how convex a piece is, of the size of the mesh
 
 /// Whether the triangles are connected over their sides and have as many vertices and edges as a
 /// disc (V − E + F = 1), or a closed surface (2).
@@ -47,7 +46,7 @@ bool is_disc_or_ball(const TriangleMesh& mesh, const std::vector<uint32_t>& tria
 }
 
 /// The most by which a corner of the piece lies above the plane of one of its triangles.
-double most_above(const TriangleMesh& mesh, const std::vector<uint32_t>& triangles) {
+double most_above_piece(const TriangleMesh& mesh, const std::vector<uint32_t>& triangles) {
   std::set<uint32_t> corners;
   for (const uint32_t t : triangles) {
     corners.insert(mesh.triangles[t].begin(), mesh.triangles[t].end());
@@ -99,7 +98,7 @@ void check_pieces(const TriangleMesh& mesh, const SurfacePieces& pieces) {
       REQUIRE(pieces.piece_of[t] == i);
     }
     not_discs += is_disc_or_ball(mesh, pieces.triangles[i]) ? 0 : 1;
-    above = std::max(above, most_above(mesh, pieces.triangles[i]));
+    above = std::max(above, most_above_piece(mesh, pieces.triangles[i]));
     deepest = std::max(deepest, deepest_in_hull(mesh, pieces.triangles[i], points));
   }
   CHECK(std::all_of(times.begin(), times.end(), [](int n) { return n == 1; }));

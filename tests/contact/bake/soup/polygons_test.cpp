@@ -8,6 +8,7 @@
 #include <random>
 
 #include "contact/bake/bake.h"
+#include "tests/support/mesh_files.h"
 #include "tests/support/torture_scale.h"
 
 using namespace haptic;
@@ -15,8 +16,6 @@ using namespace haptic::test;
 using Catch::Matchers::Contains;
 
 namespace {
-
-constexpr uint64_t kPlenty = uint64_t{4} << 30;  // [bytes]
 
 /// A point of the plane with integer coordinates, so that the oracle's arithmetic is exact.
 struct Grid2 {

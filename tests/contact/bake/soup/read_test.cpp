@@ -14,9 +14,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-constexpr uint64_t kPlenty = uint64_t{4} << 30;  // [bytes]
-
-std::string error_of(const std::string& name, const std::string& bytes) {
+std::string read_error(const std::string& name, const std::string& bytes) {
   const std::string message = refusal<MeshError>([&] { read_mesh(bytes, name, kPlenty); });
   // one line of printable text with the position
   CHECK(std::all_of(message.begin(), message.end(), [](char c) { return c >= ' ' && c <= '~'; }));
@@ -29,10 +27,6 @@ std::string replaced(std::string text, const std::string& what, const std::strin
     text.replace(at, what.size(), with);
   }
   return text;
-}
-
-std::string first_replaced(std::string text, const std::string& what, const std::string& with) {
-  return text.replace(text.find(what), what.size(), with);
 }
 
 /// The corners of each face as points, so that formats with and without indices compare.
@@ -115,8 +109,8 @@ TEST_CASE("bake read: a text STL may have tabs, blanks, CRLF, capitals and any l
 TEST_CASE("bake read: a binary STL may begin with the word solid, and a cut one is no text") {
   const std::string stl = as_binary_stl(box());
   check_variants("b.stl", box(), {{"as it is", stl}});
-  CHECK_THAT(error_of("b.stl", stl.substr(0, stl.size() - 1)), Contains("cannot hold"));
-  CHECK_THAT(error_of("b.stl", stl.substr(0, 90)), Contains("cannot hold"));
+  CHECK_THAT(read_error("b.stl", stl.substr(0, stl.size() - 1)), Contains("cannot hold"));
+  CHECK_THAT(read_error("b.stl", stl.substr(0, 90)), Contains("cannot hold"));
 }
 
 TEST_CASE("bake read: an OBJ may have tabs, CRLF, comments, long lines and all kinds of indices") {
@@ -158,7 +152,7 @@ TEST_CASE("bake read: an OFF may have tabs, CRLF, comments, colours and its coun
                   {"colours of vertices", "C" + replaced(off, "0.5\n", "0.5 1 0 0 1\n")},
                   {"normals", "N" + replaced(off, "0.5\n", "0.5 1 0 0\n")},
                   {"no line end at the end", off.substr(0, off.size() - 1)}});
-  CHECK_THAT(error_of("four.off", "4" + off), Contains("three coordinates"));
+  CHECK_THAT(read_error("four.off", "4" + off), Contains("three coordinates"));
 }
 
 TEST_CASE("bake read: a PLY may have tabs, CRLF, comments and properties in any order and type") {
@@ -212,7 +206,7 @@ TEST_CASE("bake read: a binary PLY of either byte order, with other properties b
       for (const uint32_t i : t) put(static_cast<uint16_t>(i));
     }
     check_variants("e.ply", soup, {{"whole", ply}});
-    CHECK_THAT(error_of("e.ply", ply.substr(0, ply.size() - 1)), Contains("face 12"));
+    CHECK_THAT(read_error("e.ply", ply.substr(0, ply.size() - 1)), Contains("face 12"));
   }
 }
 
@@ -220,15 +214,15 @@ TEST_CASE("bake read: a PLY whose element has rows but no property is refused at
   // rows of zero bytes, which no end of file ends
   const std::string junk = "element junk 9000000000000000000\n";
   for (const std::string& ply : {as_text_ply(box()), as_binary_ply(box())}) {
-    CHECK_THAT(error_of("a.ply", first_replaced(ply, "element face", junk + "element face")),
+    CHECK_THAT(read_error("a.ply", first_replaced(ply, "element face", junk + "element face")),
                Contains("'junk'") && Contains("no property") && Contains("mend its header"));
-    CHECK_THAT(error_of("b.ply", first_replaced(ply, "end_header", junk + "end_header")),
+    CHECK_THAT(read_error("b.ply", first_replaced(ply, "end_header", junk + "end_header")),
                Contains("'junk'"));
   }
-  CHECK_THAT(error_of("v.ply",
-                      "ply\nformat ascii 1.0\nelement vertex 9000000000000000000\n"
-                      "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
-                      "3 0 1 2\n"),
+  CHECK_THAT(read_error("v.ply",
+                        "ply\nformat ascii 1.0\nelement vertex 9000000000000000000\n"
+                        "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                        "3 0 1 2\n"),
              Contains("'vertex'"));
 }
 
@@ -238,10 +232,10 @@ TEST_CASE("bake read: a list of a binary PLY that is longer than the file is ref
   const size_t first = ply.find("end_header\n") + 11 + 8 * 24;
   ply.replace(first, 1, "\xff\xff\xff\xff");
   for (int i = 0; i < 36; ++i) ply += '\0';  // as long as the header says
-  CHECK_THAT(error_of("l.ply", ply), Contains("face 1 "));
+  CHECK_THAT(read_error("l.ply", ply), Contains("face 1 "));
   ply = first_replaced(as_binary_ply(box()), "uchar int", "char int");
   ply[first] = '\x80';
-  CHECK_THAT(error_of("n.ply", ply), Contains("face 1 has a list of negative length"));
+  CHECK_THAT(read_error("n.ply", ply), Contains("face 1 has a list of negative length"));
 }
 
 TEST_CASE("bake read: numbers of other languages are refused, too small ones are zero") {
@@ -249,12 +243,12 @@ TEST_CASE("bake read: numbers of other languages are refused, too small ones are
   for (const char* word : {"1.5D+00", "1,5", "0x10", "+-1", "--1", "1e", "nan", "-inf", "1e999",
                            "1.#INF", "1_000", "one"}) {
     CAPTURE(word);
-    CHECK_THAT(error_of("n.obj", replaced(obj, "X", word)), Contains("n.obj:2"));
+    CHECK_THAT(read_error("n.obj", replaced(obj, "X", word)), Contains("n.obj:2"));
   }
   CHECK(read_mesh(replaced(obj, "X", "1e-400"), "n.obj", kPlenty).points[1].z == 0);
   CHECK(read_mesh(replaced(obj, "X", "+.5e+1"), "n.obj", kPlenty).points[1].z == 5);
   // binary data is not quoted in a message
-  error_of("n.obj", replaced(obj, "X", "\x1b[31m" + std::string(1000, '\x07')));
+  read_error("n.obj", replaced(obj, "X", "\x1b[31m" + std::string(1000, '\x07')));
 }
 
 TEST_CASE(

@@ -72,7 +72,7 @@ double depth_of(const Contact& c, const Pose& X_WT, const Pose& X_WO = {}) {
 }
 
 /// Of the contacts that push, about the tool's origin.
-Wrench wrench_of(const ContactSet& set, const Pose& X_WT, const Pose& X_WO = {}) {
+Wrench piece_wrench(const ContactSet& set, const Pose& X_WT, const Pose& X_WO = {}) {
   Wrench sum{};
   for (uint32_t i = 0; i < set.n_contacts; ++i) {
     const Contact& c = set.contacts[i];
@@ -117,14 +117,14 @@ TEST_CASE("pieces: a cube pressed on a plate pushes as its four corners do") {
       CHECK(std::fabs(c.tool_point_T.x) == Approx(0.01));
       CHECK(std::fabs(c.tool_point_T.y) == Approx(0.01));
     }
-    const Wrench F = wrench_of(set, X_WT);
+    const Wrench F = piece_wrench(set, X_WT);
     CHECK_THAT(F.f, IsNear({0, 0, 4 * kStiffness * depth}, 1e-6));
     CHECK_THAT(F.t, IsNear({0, 0, 0}, 1e-8));
   }
   // tipped about y by θ, two corners deeper by half of the side · sin θ
   const double tip = 2e-3, depth = 0.1e-3;
   const Pose X_WT{{0, 0, 0.02 - depth}, from_rotation_vector({0, tip, 0})};
-  const Wrench F = wrench_of(detector.at(X_WT), X_WT);
+  const Wrench F = piece_wrench(detector.at(X_WT), X_WT);
   CHECK(F.t.y < 0);
   CHECK(std::fabs(F.t.x) < 1e-8);
 }
@@ -166,8 +166,8 @@ TEST_CASE("pieces: what moves with the object does not change what the tool feel
   Detector here(bumps()), there(bumps());
   for (int i = 0; i < 20; ++i) {
     const Pose X_OT = sliding(0.01 * i);
-    const Wrench F = wrench_of(here.at(X_OT), X_OT);
-    const Wrench G = wrench_of(there.at(moved * X_OT, moved), moved * X_OT, moved);
+    const Wrench F = piece_wrench(here.at(X_OT), X_OT);
+    const Wrench G = piece_wrench(there.at(moved * X_OT, moved), moved * X_OT, moved);
     CHECK(norm(F.f) > 0);
     CHECK_THAT(rotate(conjugate(moved.q), G.f), IsNear(F.f, 1e-3 * norm(F.f)));
   }
@@ -179,7 +179,7 @@ TEST_CASE("pieces: with the threshold 0 levels of detail are the exact query") {
   levels.refine.budget = 100'000;
   for (int i = 0; i < 30; ++i) {
     const Pose X_WT = sliding(0.02 * i);
-    const Wrench F = wrench_of(exact.at(X_WT), X_WT), G = wrench_of(levels.at(X_WT), X_WT);
+    const Wrench F = piece_wrench(exact.at(X_WT), X_WT), G = piece_wrench(levels.at(X_WT), X_WT);
     CHECK(norm(F.f) > 0);
     CHECK(F.f == G.f);
     CHECK(F.t == G.t);
@@ -191,7 +191,7 @@ TEST_CASE("pieces: the mean error of the force falls as the threshold falls") {
   std::vector<Vec3> exact;
   Detector leaves(bumps());
   for (int i = 0; i < kPoses; ++i) {
-    exact.push_back(wrench_of(leaves.at(sliding(0.1 * i)), sliding(0.1 * i)).f);
+    exact.push_back(piece_wrench(leaves.at(sliding(0.1 * i)), sliding(0.1 * i)).f);
   }
   double before = 0;
   uint64_t work_before = std::numeric_limits<uint64_t>::max();
@@ -203,7 +203,7 @@ TEST_CASE("pieces: the mean error of the force falls as the threshold falls") {
     uint64_t work = 0;
     for (int i = 0; i < kPoses; ++i) {
       const Pose X_WT = sliding(0.1 * i);
-      error += norm(wrench_of(levels.at(X_WT), X_WT).f - exact[static_cast<size_t>(i)]) / kPoses;
+      error += norm(piece_wrench(levels.at(X_WT), X_WT).f - exact[static_cast<size_t>(i)]) / kPoses;
       work += levels.state.tested;
     }
     CAPTURE(threshold, error, before, work);
@@ -238,7 +238,7 @@ TEST_CASE("pieces: a piece swallowed whole is pushed out the shorter way") {
   const Pose X_WT{{0.003, 0.001, 0.005}, {}};
   const ContactSet& set = swallowed.at(X_WT);
   REQUIRE(set.n_active > 0);
-  const Wrench F = wrench_of(set, X_WT);
+  const Wrench F = piece_wrench(set, X_WT);
   CHECK(F.f.z > 0);
   CHECK(std::hypot(F.f.x, F.f.y) < 1e-6 * F.f.z);
 }

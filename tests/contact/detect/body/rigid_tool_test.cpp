@@ -27,11 +27,11 @@ SessionConfig block_over_block(Renderer renderer) {
 }
 constexpr double kRest = 0.01;
 
-struct Bench : test::BakedContact {
+struct RigidBench : test::BakedContact {
   ServoFrame servo{};
   std::unique_ptr<ContactSet> set;
 
-  explicit Bench(const SessionConfig& session) : BakedContact(session) {
+  explicit RigidBench(const SessionConfig& session) : BakedContact(session) {
     servo.renderer = static_cast<uint32_t>(config.renderer);
     servo.X_WG.p = {0, 0, 1};
     servo.flags = kServoNoContactSet;
@@ -59,7 +59,7 @@ struct Bench : test::BakedContact {
   }
 };
 
-Pose at(double x, double y, double z, const Quat& q = {}) {
+Pose tool_at(double x, double y, double z, const Quat& q = {}) {
   return {{x, y, z}, q};
 }
 
@@ -69,8 +69,8 @@ TEST_CASE("rigid tool: without a tool it is flagged, and nothing is rendered") {
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
   SessionConfig config = block_over_block(renderer);
   config.tool = {};
-  Bench point(config);
-  const ContactSet& set = point.answer(at(0, 0, 0.02));
+  RigidBench point(config);
+  const ContactSet& set = point.answer(tool_at(0, 0, 0.02));
   CHECK((set.flags & kContactNoDetector) != 0);
   CHECK((set.flags & kContactNoFreePose) != 0);
   CHECK(set.n_contacts == 0);
@@ -78,8 +78,8 @@ TEST_CASE("rigid tool: without a tool it is flagged, and nothing is rendered") {
 
 TEST_CASE("rigid tool: a hand in a block has its tool rest on it") {
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
-  Bench bench(block_over_block(renderer));
-  const ContactSet& free = bench.answer(at(0, 0, 0.03));
+  RigidBench bench(block_over_block(renderer));
+  const ContactSet& free = bench.answer(tool_at(0, 0, 0.03));
   CHECK(free.flags == kContactNoScene);
   CHECK(free.reseeds == 0);
   CHECK(free.n_active == 0);
@@ -87,7 +87,7 @@ TEST_CASE("rigid tool: a hand in a block has its tool rest on it") {
   CHECK(free.tool.mass == 0.05);
   CHECK_THAT(free.X_WG.p, IsNear({0, 0, 0.03}, 0));
   for (int tick = 0; tick < 20; ++tick) {
-    const Pose hand = at(1e-3 * tick, 0, 0.005, from_rotation_vector({0, 0, 0.01 * tick}));
+    const Pose hand = tool_at(1e-3 * tick, 0, 0.005, from_rotation_vector({0, 0, 0.01 * tick}));
     const ContactSet& set = bench.answer(hand);
     CAPTURE(tick, set.flags, set.n_contacts);
     CHECK(set.flags == kContactNoScene);
@@ -109,9 +109,9 @@ TEST_CASE(
     for (const double friction : {0.0, 0.5}) {
       SessionConfig config = block_over_block(renderer);
       config.objects[0].material.friction_static = friction;
-      Bench bench(config);
-      bench.servo.X_WT = at(0, 0, 0.03);
-      bench.servo.X_WP = at(0.01, 0, 0.03);
+      RigidBench bench(config);
+      bench.servo.X_WT = tool_at(0, 0, 0.03);
+      bench.servo.X_WP = tool_at(0.01, 0, 0.03);
       const bool by_servo = renderer == Renderer::kConstrained6 || friction > 0;
       const Pose led = by_servo ? bench.servo.X_WP : bench.servo.X_WT;
       const ContactSet& set = bench.answer();
@@ -123,25 +123,25 @@ TEST_CASE(
 }
 
 TEST_CASE("rigid tool: what begins inside is placed where it is free, and that is said") {
-  Bench bench(block_over_block(Renderer::kGodObject6));
-  const ContactSet& set = bench.answer(at(0.002, 0.001, 0.003));
+  RigidBench bench(block_over_block(Renderer::kGodObject6));
+  const ContactSet& set = bench.answer(tool_at(0.002, 0.001, 0.003));
   CHECK((set.flags & kContactReseeded) != 0);
   CHECK((set.flags & kContactNoFreePose) == 0);
   CHECK(set.reseeds == 1);
   CHECK_FALSE(bench.is_met(set.X_WG));
-  const ContactSet& next = bench.answer(at(0.002, 0.001, 0.003));
+  const ContactSet& next = bench.answer(tool_at(0.002, 0.001, 0.003));
   CHECK((next.flags & kContactReseeded) == 0);
   CHECK(next.reseeds == 1);
   CHECK_FALSE(bench.is_met(next.X_WG));
 }
 
 TEST_CASE("rigid tool: while the force is closed it is where the hand is, if it is free there") {
-  Bench bench(block_over_block(Renderer::kGodObject6));
-  bench.answer(at(0, 0, 0.03));
+  RigidBench bench(block_over_block(Renderer::kGodObject6));
+  bench.answer(tool_at(0, 0, 0.03));
   // through the block: no contacts, no force
   for (const double z : {0.02, 0.0, -0.05, -0.2}) {
     bench.servo.flags = kServoPaused;
-    const ContactSet& set = bench.answer(at(0, 0, z));
+    const ContactSet& set = bench.answer(tool_at(0, 0, z));
     CAPTURE(z);
     const bool is_free = z == 0.02 || z == -0.2;
     CHECK(((set.flags & kContactNoFreePose) == 0) == is_free);
@@ -149,27 +149,27 @@ TEST_CASE("rigid tool: while the force is closed it is where the hand is, if it 
     if (!is_free) CHECK(set.n_contacts == 0);
   }
   // from below: it stays below
-  const ContactSet& set = bench.answer(at(0, 0, -0.05));
+  const ContactSet& set = bench.answer(tool_at(0, 0, -0.05));
   CHECK(set.X_WG.p.z <= -0.11);
   CHECK((set.flags & kContactReseeded) == 0);
 }
 
 TEST_CASE("rigid tool: a contact that was started anew takes it up where the servo has it") {
-  Bench first(block_over_block(Renderer::kGodObject6));
-  first.answer(at(0, 0, 0.03));
-  const Pose rest = first.answer(at(0, 0, -0.03)).X_WG;
-  Bench anew(block_over_block(Renderer::kGodObject6));
+  RigidBench first(block_over_block(Renderer::kGodObject6));
+  first.answer(tool_at(0, 0, 0.03));
+  const Pose rest = first.answer(tool_at(0, 0, -0.03)).X_WG;
+  RigidBench anew(block_over_block(Renderer::kGodObject6));
   anew.servo = first.servo;
   const ContactSet& set = anew.answer();
   CHECK((set.flags & (kContactReseeded | kContactNoFreePose)) == 0);
   CHECK_THAT(set.X_WG.p, IsNear(rest.p, 0.2 * kMargin));
   // without any previous answer it begins where the hand is
-  Bench blank(block_over_block(Renderer::kGodObject6));
+  RigidBench blank(block_over_block(Renderer::kGodObject6));
   blank.servo = first.servo;
   blank.servo.flags = kServoNoContactSet;
   CHECK((blank.answer().flags & kContactReseeded) != 0);
   // and a pose that is not finite is not taken over
-  Bench broken(block_over_block(Renderer::kGodObject6));
+  RigidBench broken(block_over_block(Renderer::kGodObject6));
   broken.servo = first.servo;
   broken.servo.X_WG.p.x = std::numeric_limits<double>::quiet_NaN();
   const ContactSet& found = broken.answer();
@@ -179,15 +179,15 @@ TEST_CASE("rigid tool: a contact that was started anew takes it up where the ser
 }
 
 TEST_CASE("rigid tool: another renderer while it runs begins anew, at the same place") {
-  Bench bench(block_over_block(Renderer::kGodObject6));
-  bench.answer(at(0, 0, 0.03));
-  const Pose rest = bench.answer(at(0, 0, 0.0)).X_WG;
+  RigidBench bench(block_over_block(Renderer::kGodObject6));
+  bench.answer(tool_at(0, 0, 0.03));
+  const Pose rest = bench.answer(tool_at(0, 0, 0.0)).X_WG;
   for (const Renderer renderer :
        {Renderer::kConstrained6, Renderer::kDirect6, Renderer::kGodObject6, Renderer::kGodObject3,
         Renderer::kConstrained6}) {
     const uint64_t before = bench.set->reseeds;
     bench.servo.renderer = static_cast<uint32_t>(renderer);
-    const ContactSet& set = bench.answer(at(0, 0, 0.0));
+    const ContactSet& set = bench.answer(tool_at(0, 0, 0.0));
     CAPTURE(set.renderer, set.flags);
     CHECK(set.reseeds == before + 1);
     if (!is_rigid(renderer)) continue;
@@ -199,15 +199,16 @@ TEST_CASE("rigid tool: another renderer while it runs begins anew, at the same p
 
 TEST_CASE("rigid tool: poses that are no numbers are flagged, and the step after recovers") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const Pose& bad : {at(nan, 0, 0.02), at(0, 0, std::numeric_limits<double>::infinity()),
-                          at(0, 0, 0.02, {nan, 0, 0, 1})}) {
-    Bench bench(block_over_block(Renderer::kGodObject6));
-    bench.answer(at(0, 0, 0.03));
-    const Pose rest = bench.answer(at(0, 0, 0.005)).X_WG;
+  for (const Pose& bad :
+       {tool_at(nan, 0, 0.02), tool_at(0, 0, std::numeric_limits<double>::infinity()),
+        tool_at(0, 0, 0.02, {nan, 0, 0, 1})}) {
+    RigidBench bench(block_over_block(Renderer::kGodObject6));
+    bench.answer(tool_at(0, 0, 0.03));
+    const Pose rest = bench.answer(tool_at(0, 0, 0.005)).X_WG;
     const ContactSet& set = bench.answer(bad);
     CHECK((set.flags & kContactNoFreePose) != 0);
     CHECK(set.n_contacts == 0);
-    const ContactSet& next = bench.answer(at(0, 0, 0.005));
+    const ContactSet& next = bench.answer(tool_at(0, 0, 0.005));
     CHECK((next.flags & kContactNoFreePose) == 0);
     CHECK_THAT(next.X_WG.p, IsNear(rest.p, 0.5 * kMargin));
   }
@@ -220,9 +221,9 @@ TEST_CASE("rigid tool: shaken among objects that move, what is published meets n
   config.objects[1] = config.objects[0];
   config.objects[1].extent = {0.03, 0.03, 0.03};
   config.objects[1].X_WO.p = {0.02, 0, 0.02};
-  Bench bench(config);
+  RigidBench bench(config);
   Random random(1);
-  Pose hand = at(-0.02, 0, 0.03);
+  Pose hand = tool_at(-0.02, 0, 0.03);
   SceneFrame scene{};
   scene.n_objects = 2;
   scene.X_WO[0] = config.objects[0].X_WO;
@@ -272,7 +273,7 @@ TEST_CASE(
   config.objects[1] = config.objects[0];
   config.objects[1].extent.z = 4e-3;
   config.objects[1].X_WO.p.z = 30e-3;
-  Bench bench(config);
+  RigidBench bench(config);
   SceneFrame scene{};
   scene.n_objects = 2;
   scene.X_WO[0] = config.objects[0].X_WO;
@@ -282,12 +283,12 @@ TEST_CASE(
     bench.servo.X_WT = bench.servo.X_WP = hand;
     return bench.answer(&scene);
   };
-  step(at(0, 0, 0.011));
+  step(tool_at(0, 0, 0.011));
   // the lid comes down on the tool of 20 mm, to 15 mm above the block
   int behind = 0, closed = 0;
   for (int tick = 0; tick < 400; ++tick) {
     if (scene.X_WO[1].p.z > 17e-3) scene.X_WO[1].p.z -= 0.1e-3;
-    const ContactSet& set = step(at(0, 0, 0.012));
+    const ContactSet& set = step(tool_at(0, 0, 0.012));
     if ((set.flags & kContactNoFreePose) != 0) {
       ++closed;
       CHECK(set.n_contacts == 0);
@@ -304,7 +305,7 @@ TEST_CASE(
   CHECK(behind == 20);
   REQUIRE(closed > 100);
   // beyond the lid the hand is free, but no path leads there
-  const Pose beyond = at(0, 0, 0.05);
+  const Pose beyond = tool_at(0, 0, 0.05);
   const uint64_t reseeds = bench.set->reseeds;
   int waited = 0;
   while ((step(beyond).flags & kContactNoFreePose) != 0 && waited < 1000) ++waited;

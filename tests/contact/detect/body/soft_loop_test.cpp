@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "contact/shape/mesh/machine_parts.h"
+#include "proto/math/units.h"
 #include "tests/support/cgal_pairs.h"
 #include "tests/support/near.h"
 
@@ -11,8 +12,6 @@ using namespace haptic;
 using namespace haptic::test;
 
 namespace {
-
-constexpr double kTick = 1e-3;
 
 std::vector<std::array<Vec3, 3>> triangles_of(const TriangleMesh& mesh, const Pose& X_WM) {
   std::vector<std::array<Vec3, 3>> out;

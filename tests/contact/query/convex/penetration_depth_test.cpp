@@ -17,7 +17,7 @@ using Catch::Matchers::WithinAbs;
 
 namespace {
 
-constexpr double kTolM = 1e-12;  // rounding of a depth of hulls of 20 mm
+constexpr double kDepthTolM = 1e-12;  // rounding of a depth of hulls of 20 mm
 
 PenetrationDepth ask(const HullData& a, const HullData& b, const Pose& X_AB,
                      ConvexPairState state = {}) {
@@ -33,9 +33,9 @@ void check_consistent(const HullData& a, const HullData& b, const Pose& X_AB,
   double reach_a = -1, reach_b = -1;
   for (const Vec3& p : a.vertices) reach_a = std::max(reach_a, dot(n, p) + 1);
   for (const Vec3& p : b.vertices) reach_b = std::max(reach_b, 1 - dot(n, X_AB * p));
-  CHECK_THAT(found.depth, WithinAbs(reach_a + reach_b - 2, kTolM));
+  CHECK_THAT(found.depth, WithinAbs(reach_a + reach_b - 2, kDepthTolM));
   CHECK_THAT(norm(n), WithinAbs(1, 1e-12));
-  CHECK_THAT(found.point_a - found.point_b, IsNear(found.depth * n, kTolM));
+  CHECK_THAT(found.point_a - found.point_b, IsNear(found.depth * n, kDepthTolM));
   for (const HullFace& face : a.faces) {
     CHECK(dot(face.normal, found.point_a) <= face.offset + 1e-9);
   }
@@ -64,15 +64,15 @@ void follow_coherent(uint32_t n, size_t n_poses, size_t stride, Share& share) {
     const PolytopeDepth polytope = expand_polytope(pair);
     CAPTURE(n, i);
     CHECK(polytope.exact);
-    CHECK(found.depth >= polytope.depth - kTolM);
+    CHECK(found.depth >= polytope.depth - kDepthTolM);
     if (i % stride == 0) {
       const double exact = brute_penetration(hull_a, hull_b, poses[i]);
-      CHECK_THAT(polytope.depth, WithinAbs(exact, kTolM));
-      CHECK(found.depth >= exact - kTolM);
+      CHECK_THAT(polytope.depth, WithinAbs(exact, kDepthTolM));
+      CHECK(found.depth >= exact - kDepthTolM);
       check_consistent(a, b, poses[i], found);
     }
     ++share.asked;
-    share.equal += found.depth <= polytope.depth + kTolM;
+    share.equal += found.depth <= polytope.depth + kDepthTolM;
     share.fell_back += found.fell_back;
     share.n_steps += found.n_steps;
   }
@@ -110,9 +110,9 @@ TEST_CASE("penetration depth: a new pair is as deep as all facets say", "[convex
     CHECK(polytope.exact);
     CHECK((polytope.depth > 0) == (exact > 0));
     if (exact <= 0) continue;
-    CHECK_THAT(polytope.depth, WithinAbs(exact, kTolM));
+    CHECK_THAT(polytope.depth, WithinAbs(exact, kDepthTolM));
     const PenetrationDepth found = ask(a, b, X_AB);
-    CHECK_THAT(found.depth, WithinAbs(exact, kTolM));
+    CHECK_THAT(found.depth, WithinAbs(exact, kDepthTolM));
     check_consistent(a, b, X_AB, found);
   }
 }
@@ -130,7 +130,7 @@ TEST_CASE("penetration depth: boxes, min(a_i + b_i - |c_i|)", "[convex]") {
     if (depth <= 0) continue;
     CAPTURE(c);
     const PenetrationDepth found = ask(a, b, {c, {}});
-    CHECK_THAT(found.depth, WithinAbs(depth, kTolM));
+    CHECK_THAT(found.depth, WithinAbs(depth, kDepthTolM));
     check_consistent(a, b, {c, {}}, found);
     // the faces touch in a rectangle, whose middle is the point
     const Vec3 way = found.normal_A;
@@ -139,8 +139,8 @@ TEST_CASE("penetration depth: boxes, min(a_i + b_i - |c_i|)", "[convex]") {
       const double low = std::max(-half_a[k], c[k] - half_b[k]);
       const double high = std::min(half_a[k], c[k] + half_b[k]);
       CHECK_THAT(found.point_a[k], WithinAbs((low + high) / 2, 5e-3));
-      CHECK(found.point_a[k] >= low - kTolM);
-      CHECK(found.point_a[k] <= high + kTolM);
+      CHECK(found.point_a[k] >= low - kDepthTolM);
+      CHECK(found.point_a[k] <= high + kDepthTolM);
     }
   }
 }
@@ -171,7 +171,7 @@ TEST_CASE("penetration depth, trap: local minima", "[convex]") {
   // from above, past the middle: the walk stays where it was, which is deeper than the exact depth
   for (double z = 6e-3; z > -5e-4; z -= 1e-5) {
     const double exact = brute_penetration(hull_a, hull_b, {{1e-3, 2e-3, z}, {}});
-    CHECK(at(z).depth >= exact - kTolM);
+    CHECK(at(z).depth >= exact - kDepthTolM);
   }
   // and looks elsewhere before long
   bool fell_back = false;
@@ -197,7 +197,7 @@ TEST_CASE("penetration depth, trap: coplanar faces are one point of the Gauss ma
     const Pose X_AB{{0.003, -0.002, 0.0195}, from_rotation_vector({0, 0, i * M_PI / 24})};
     const PenetrationDepth found = ask(prism, prism, X_AB);
     CAPTURE(i);
-    CHECK_THAT(found.depth, WithinAbs(0.5e-3, kTolM));
+    CHECK_THAT(found.depth, WithinAbs(0.5e-3, kDepthTolM));
     CHECK(found.feature_a.kind == HullPart::kFace);
     CHECK(found.feature_b.kind == HullPart::kFace);
     CHECK_THAT(found.point_a, IsNear({0.0015, -0.001, 0.01}, 1e-3));
@@ -222,12 +222,12 @@ TEST_CASE("penetration depth, trap: arcs of 90 degrees and more", "[convex]") {
     REQUIRE(exact.exact);
     if (exact.depth <= 1e-9) continue;
     const PenetrationDepth found = ask(plate, b, X_AB);
-    CHECK_THAT(found.depth, WithinAbs(exact.depth, kTolM));
+    CHECK_THAT(found.depth, WithinAbs(exact.depth, kDepthTolM));
     check_consistent(plate, b, X_AB, found);
   }
   // closed form: a needle's tip through the middle of a plate
   const PenetrationDepth tip = ask(plate, needle, {{0, 0, -0.029}, {}});
-  CHECK_THAT(tip.depth, WithinAbs(1e-3, kTolM));
+  CHECK_THAT(tip.depth, WithinAbs(1e-3, kDepthTolM));
   CHECK_THAT(tip.normal_A, IsNear({0, 0, -1}, 1e-12));
 }
 
@@ -252,12 +252,12 @@ TEST_CASE("penetration depth, trap: a piece swallowed whole", "[convex]") {
   const HullData big = box_hull({0.03, 0.02, 0.04}), small = box_hull({1e-3, 2e-3, 1e-3});
   const Pose X_AB{{0.005, 0.012, -0.01}, {}};
   const PenetrationDepth inside = ask(big, small, X_AB), around = ask(small, big, inverse(X_AB));
-  CHECK_THAT(inside.depth, WithinAbs(0.02 + 2e-3 - 0.012, kTolM));
+  CHECK_THAT(inside.depth, WithinAbs(0.02 + 2e-3 - 0.012, kDepthTolM));
   CHECK_THAT(inside.normal_A, IsNear({0, 1, 0}, 1e-12));
-  CHECK_THAT(around.depth, WithinAbs(inside.depth, kTolM));
+  CHECK_THAT(around.depth, WithinAbs(inside.depth, kDepthTolM));
   CHECK_THAT(around.normal_A, IsNear({0, -1, 0}, 1e-12));
   // the same centre: no direction between centroids
-  CHECK_THAT(ask(big, small, {}).depth, WithinAbs(0.02 + 2e-3, kTolM));
+  CHECK_THAT(ask(big, small, {}).depth, WithinAbs(0.02 + 2e-3, kDepthTolM));
 }
 
 TEST_CASE("penetration depth: the same after a rigid motion and with the roles swapped",
@@ -268,7 +268,7 @@ TEST_CASE("penetration depth: the same after a rigid motion and with the roles s
     const Pose X_AB{0.02 * random_direction(engine), random_turn(engine)};
     const PenetrationDepth found = ask(a, b, X_AB), swapped = ask(b, a, inverse(X_AB));
     if (found.depth <= 0) continue;
-    CHECK_THAT(swapped.depth, WithinAbs(found.depth, kTolM));
+    CHECK_THAT(swapped.depth, WithinAbs(found.depth, kDepthTolM));
     CHECK_THAT(rotate(X_AB.q, swapped.normal_A), IsNear(-found.normal_A, 1e-9));
   }
 }

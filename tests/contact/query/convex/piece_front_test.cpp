@@ -16,21 +16,21 @@ namespace {
 using test::split_tree;
 using test::SplitTree;
 
-constexpr uint32_t kPlenty = 1 << 15;  // node pairs
-constexpr double kReach = 0.3e-3;      // δ [m]
+constexpr uint32_t kPlenty = 1 << 15;   // node pairs
+constexpr double kPieceReach = 0.3e-3;  // δ [m]
 
 /// Sphere whose radius varies by ±5 %.
-Soup bumpy_ball(double bumps) {
+Soup bumpy_ball(double bump_trees) {
   Soup soup = make_icosphere(0.02, 3);
   for (Vec3& v : soup.vertices) {
-    const Vec3 u = (bumps / 0.02) * v;
+    const Vec3 u = (bump_trees / 0.02) * v;
     v = (1 + 0.05 * std::sin(u.x) * std::sin(u.y) * std::sin(u.z)) * v;
   }
   return soup;
 }
 
 /// Two bumpy balls, one of which turns and slides on the other, half a millimetre or so deep.
-struct Bumps {
+struct BumpTrees {
   SplitTree a = split_tree(bumpy_ball(9), 6);
   SplitTree b = split_tree(bumpy_ball(8), 6);
 
@@ -40,15 +40,15 @@ struct Bumps {
   }
 };
 
-const Bumps& bumps() {
-  static const Bumps made;
+const BumpTrees& bump_trees() {
+  static const BumpTrees made;
   return made;
 }
 
 RefineOptions options_with(double threshold) {
   RefineOptions options;
   options.threshold = threshold;
-  options.tolerance = kReach;
+  options.tolerance = kPieceReach;
   return options;
 }
 
@@ -74,7 +74,7 @@ std::multiset<Key> all_leaf_pairs(const PieceTree& a, const PieceTree& b, const 
       ConvexPairState state{};
       const PieceTouch touch = touch_of(a, i, b, k, X_AB, state);
       std::array<PieceContact, kMostOfPair> found;
-      const size_t n = piece_contacts(a, i, b, k, X_AB, touch, {kReach, 0}, found);
+      const size_t n = piece_contacts(a, i, b, k, X_AB, touch, {kPieceReach, 0}, found);
       contacts.insert(contacts.end(), found.begin(), found.begin() + static_cast<ptrdiff_t>(n));
     }
   }
@@ -96,12 +96,12 @@ Vec3 push_of(std::span<const PieceContact> contacts) {
 }  // namespace
 
 TEST_CASE("piece front: with the threshold 0 it is the exact query") {
-  const PieceTree a = bumps().a.view(), b = bumps().b.view();
+  const PieceTree a = bump_trees().a.view(), b = bump_trees().b.view();
   REQUIRE(a.level_pieces[0] > 50);
   PieceFront front(a, b, kPlenty);
   size_t most = 0;
   for (int tick = 0; tick < 4; ++tick) {
-    const Pose X_AB = Bumps::at(0.3 * tick);
+    const Pose X_AB = BumpTrees::at(0.3 * tick);
     // with the states of the last pose the depth of a pair may be that of another local minimum
     front.forget();
     const auto found = keys_of(front.update(X_AB, options_with(0)));
@@ -114,7 +114,7 @@ TEST_CASE("piece front: with the threshold 0 it is the exact query") {
 }
 
 TEST_CASE("piece front: free space has no contact, and neither has what is not finite") {
-  PieceFront front(bumps().a.view(), bumps().b.view(), kPlenty);
+  PieceFront front(bump_trees().a.view(), bump_trees().b.view(), kPlenty);
   CHECK(front.update({{0.06, 0, 0}, {}}, options_with(0)).empty());
   CHECK(front.work() == 1);
   CHECK(front.update({{0.0601, 0, 0}, {}}, options_with(0)).empty());
@@ -127,25 +127,25 @@ TEST_CASE("piece front: free space has no contact, and neither has what is not f
 }
 
 TEST_CASE("piece front: a budget that suffices again brings the threshold back") {
-  PieceFront front(bumps().a.view(), bumps().b.view(), kPlenty);
+  PieceFront front(bump_trees().a.view(), bump_trees().b.view(), kPlenty);
   RefineOptions options = options_with(5e-6);
   options.budget = 20;
-  for (int i = 0; i < 3; ++i) front.update(Bumps::at(1e-4 * i), options);
+  for (int i = 0; i < 3; ++i) front.update(BumpTrees::at(1e-4 * i), options);
   CHECK(front.is_truncated());
   CHECK(front.threshold() > 5e-6);
   options.budget = 100'000;
-  for (int i = 0; i < 400; ++i) front.update(Bumps::at(2e-3), options);
+  for (int i = 0; i < 400; ++i) front.update(BumpTrees::at(2e-3), options);
   CHECK(front.threshold() == 5e-6);
-  PieceFront fresh(bumps().a.view(), bumps().b.view(), kPlenty);
-  CHECK(keys_of(front.update(Bumps::at(2e-3), options)) ==
-        keys_of(fresh.update(Bumps::at(2e-3), options)));
+  PieceFront fresh(bump_trees().a.view(), bump_trees().b.view(), kPlenty);
+  CHECK(keys_of(front.update(BumpTrees::at(2e-3), options)) ==
+        keys_of(fresh.update(BumpTrees::at(2e-3), options)));
 }
 
 TEST_CASE("piece front: memory that ends is flagged, and coarse pairs stay in contact") {
-  PieceFront front(bumps().a.view(), bumps().b.view(), 64);
+  PieceFront front(bump_trees().a.view(), bump_trees().b.view(), 64);
   bool any = false;
   for (int tick = 0; tick < 50; ++tick) {
-    any |= !front.update(Bumps::at(0.005 * tick), options_with(0)).empty();
+    any |= !front.update(BumpTrees::at(0.005 * tick), options_with(0)).empty();
     CHECK(front.size() <= 64);
     CHECK((front.is_truncated() || front.threshold() > 0));
   }
@@ -153,14 +153,14 @@ TEST_CASE("piece front: memory that ends is flagged, and coarse pairs stay in co
 }
 
 TEST_CASE("piece front: coherence saves work and finds the same pairs") {
-  PieceFront kept(bumps().a.view(), bumps().b.view(), kPlenty);
+  PieceFront kept(bump_trees().a.view(), bump_trees().b.view(), kPlenty);
   size_t kept_work = 0, fresh_work = 0;
   for (int tick = 0; tick < 200; ++tick) {
-    const Pose X_AB = Bumps::at(0.001 * tick);
+    const Pose X_AB = BumpTrees::at(0.001 * tick);
     const auto found = kept.update(X_AB, options_with(0));
     kept_work += kept.work();
     if (tick % 20 != 19) continue;
-    PieceFront fresh(bumps().a.view(), bumps().b.view(), kPlenty);
+    PieceFront fresh(bump_trees().a.view(), bump_trees().b.view(), kPlenty);
     const auto anew = fresh.update(X_AB, options_with(0));
     CHECK(kept.near() == fresh.near());
     CHECK(norm(push_of(found) - push_of(anew)) < 0.05 * norm(push_of(anew)));
@@ -170,14 +170,14 @@ TEST_CASE("piece front: coherence saves work and finds the same pairs") {
 }
 
 TEST_CASE("piece front: contacts that are carried follow both surfaces") {
-  PieceFront asked(bumps().a.view(), bumps().b.view(), kPlenty);
-  PieceFront carried(bumps().a.view(), bumps().b.view(), kPlenty);
+  PieceFront asked(bump_trees().a.view(), bump_trees().b.view(), kPlenty);
+  PieceFront carried(bump_trees().a.view(), bump_trees().b.view(), kPlenty);
   RefineOptions carrying = options_with(0);
   carrying.carry = 20e-6;
   size_t asked_work = 0, carried_work = 0;
   double error = 0, push = 0;
   for (int tick = 0; tick < 200; ++tick) {
-    const Pose X_AB = Bumps::at(1e-4 * tick);
+    const Pose X_AB = BumpTrees::at(1e-4 * tick);
     const Vec3 exact = push_of(asked.update(X_AB, options_with(0)));
     error += norm(push_of(carried.update(X_AB, carrying)) - exact);
     push += norm(exact);
@@ -191,11 +191,11 @@ TEST_CASE("piece front: contacts that are carried follow both surfaces") {
 
 TEST_CASE("piece front: detail that slides past faster than the bandwidth is not refined") {
   const auto near_with = [](double speed) {
-    PieceFront front(bumps().a.view(), bumps().b.view(), kPlenty);
+    PieceFront front(bump_trees().a.view(), bump_trees().b.view(), kPlenty);
     RefineOptions options = options_with(0);
     options.bandwidth = 100;
     options.speed = speed;
-    front.update(Bumps::at(0), options);
+    front.update(BumpTrees::at(0), options);
     return front.size();
   };
   CHECK(near_with(0) > near_with(1));

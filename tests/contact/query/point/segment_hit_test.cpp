@@ -32,7 +32,7 @@ SegmentHit brute_hit(const TriangleMesh& mesh, const Vec3& from, const Vec3& to)
   return best;
 }
 
-bool same(const SegmentHit& a, const SegmentHit& b) {
+bool same_hit(const SegmentHit& a, const SegmentHit& b) {
   return a.hit == b.hit && (!a.hit || (a.t == b.t && a.triangle == b.triangle));
 }
 
@@ -62,9 +62,9 @@ void compare_with_brute_force(const Soup& soup, uint64_t seed, size_t n) {
     if (i % 89 == 0) witness.slot = random.index(2 * shape.view().grid.slots.size());
     const SegmentHit slow = brute_hit(mesh, from, to);
     CAPTURE(i, from, to, slow.t, slow.triangle);
-    REQUIRE(same(first_hit(shape.view(), from, to, witness), slow));
-    REQUIRE(same(first_hit(shape.view(), from, to), slow));
-    REQUIRE(same(first_hit(without_grid.view(), from, to), slow));
+    REQUIRE(same_hit(first_hit(shape.view(), from, to, witness), slow));
+    REQUIRE(same_hit(first_hit(shape.view(), from, to), slow));
+    REQUIRE(same_hit(first_hit(without_grid.view(), from, to), slow));
   }
 }
 

@@ -16,12 +16,12 @@ using namespace haptic::test;
 
 namespace {
 
-using Pairs = std::vector<std::pair<uint32_t, uint32_t>>;
+using TrianglePairs = std::vector<std::pair<uint32_t, uint32_t>>;
 
-Pairs pairs_of(const MeshShapeData& A, const MeshShapeData& B, const Pose& X_AB) {
+TrianglePairs pairs_of(const MeshShapeData& A, const MeshShapeData& B, const Pose& X_AB) {
   std::vector<TrianglePair> out(triangle_pairs(A.view(), B.view(), X_AB, {}));
   REQUIRE(triangle_pairs(A.view(), B.view(), X_AB, out) == out.size());
-  Pairs pairs;
+  TrianglePairs pairs;
   for (const TrianglePair& pair : out) pairs.emplace_back(pair.a, pair.b);
   std::sort(pairs.begin(), pairs.end());
   return pairs;
@@ -35,9 +35,9 @@ std::vector<Corners> all_corners(const MeshShapeData& shape, const Pose& X) {
 }
 
 /// All pairs of triangles.
-Pairs brute_force(const MeshShapeData& A, const MeshShapeData& B, const Pose& X_AB) {
+TrianglePairs all_meeting(const MeshShapeData& A, const MeshShapeData& B, const Pose& X_AB) {
   const std::vector<Corners> in_A = all_corners(A, {}), in_B = all_corners(B, X_AB);
-  Pairs pairs;
+  TrianglePairs pairs;
   for (uint32_t a = 0; a < in_A.size(); ++a) {
     for (uint32_t b = 0; b < in_B.size(); ++b) {
       if (triangles_meet(in_A[a], in_B[b])) pairs.emplace_back(a, b);
@@ -46,7 +46,7 @@ Pairs brute_force(const MeshShapeData& A, const MeshShapeData& B, const Pose& X_
   return pairs;
 }
 
-Pairs by_cgal(const MeshShapeData& A, const MeshShapeData& B, const Pose& X_AB) {
+TrianglePairs by_cgal(const MeshShapeData& A, const MeshShapeData& B, const Pose& X_AB) {
   return cgal_triangle_pairs(all_corners(A, {}), all_corners(B, X_AB));
 }
 
@@ -155,8 +155,8 @@ TEST_CASE("triangle pairs: all that brute force and CGAL find, at random poses")
   for (size_t trial = 0; trial < trials(120); ++trial) {
     const MeshShapeData &A = *shapes[random.index(3)], &B = *shapes[random.index(3)];
     const Pose X_AB = random.pose(random.uniform(0, 0.06));
-    const Pairs pairs = pairs_of(A, B, X_AB);
-    REQUIRE(pairs == brute_force(A, B, X_AB));
+    const TrianglePairs pairs = pairs_of(A, B, X_AB);
+    REQUIRE(pairs == all_meeting(A, B, X_AB));
     REQUIRE(pairs == by_cgal(A, B, X_AB));
     n_pairs += pairs.size();
   }
@@ -171,9 +171,9 @@ TEST_CASE("triangle pairs: in one plane and edge on edge nothing is missed") {
   for (const Vec3& p : {Vec3{}, Vec3{0.0125, 0, 0}, Vec3{0.1, 0, 0}, Vec3{0.1, 0.1, 0},
                         Vec3{0, 0, 0.025}, Vec3{0.075, 0.075, 0.025}}) {
     for (const MeshShapeData* B : {&sheet, &box}) {
-      const Pairs pairs = pairs_of(sheet, *B, {p, {}});
+      const TrianglePairs pairs = pairs_of(sheet, *B, {p, {}});
       n_pairs += pairs.size();
-      CHECK(pairs == brute_force(sheet, *B, {p, {}}));
+      CHECK(pairs == all_meeting(sheet, *B, {p, {}}));
       CHECK(pairs == by_cgal(sheet, *B, {p, {}}));
     }
   }
@@ -188,13 +188,13 @@ TEST_CASE("triangle pairs: soups without order, far from the origin, and of very
   const MeshShapeData needle = build_shape(moved(make_box({2, 1e-7, 1e-5}), random.pose(0.1)));
   for (size_t trial = 0; trial < trials(20); ++trial) {
     const Pose X = random.pose(0.3);
-    CHECK(pairs_of(soup, needle, X) == brute_force(soup, needle, X));
-    CHECK(pairs_of(soup, soup, X) == brute_force(soup, soup, X));
+    CHECK(pairs_of(soup, needle, X) == all_meeting(soup, needle, X));
+    CHECK(pairs_of(soup, soup, X) == all_meeting(soup, soup, X));
     // tiny ball onto a point of the soup's surface
     const Vec3 target = random.on_surface(soup.mesh.view());
     const Pose turned = random.pose(1);
     const Pose onto{target - rotate(turned.q, {1000, -500, 200}), turned.q};
-    CHECK(pairs_of(soup, tiny, onto) == brute_force(soup, tiny, onto));
+    CHECK(pairs_of(soup, tiny, onto) == all_meeting(soup, tiny, onto));
   }
 }
 
@@ -225,7 +225,7 @@ TEST_CASE("triangle pairs: bunny on bunny as CGAL") {
   Random random(9);
   for (int trial = 0; trial < 3; ++trial) {
     const Pose X_AB = random.pose(0.05);
-    const Pairs pairs = pairs_of(bunny, bunny, X_AB);
+    const TrianglePairs pairs = pairs_of(bunny, bunny, X_AB);
     CHECK(pairs.size() > 100);
     CHECK(pairs == by_cgal(bunny, bunny, X_AB));
   }
@@ -237,7 +237,7 @@ TEST_CASE("triangle pairs: numbering and common motion do not matter") {
   const MeshShapeData A = build_shape(sheet), B = build_shape(sphere);
   for (size_t trial = 0; trial < trials(10); ++trial) {
     const Pose X_AB = random.pose(0.02), X = random.pose(0.5);
-    const Pairs pairs = pairs_of(A, B, X_AB);
+    const TrianglePairs pairs = pairs_of(A, B, X_AB);
     // both frames moved in their meshes: X_A'B' = X X_AB X'⁻¹
     const Pose X_other = random.pose(0.5);
     const MeshShapeData A_moved = build_shape(moved(sheet, X));
@@ -252,7 +252,7 @@ TEST_CASE("triangle pairs: numbering and common motion do not matter") {
       const Triangle& t = sphere.triangles[from[k]];
       shuffled.triangles[k] = {t[1], t[2], t[0]};
     }
-    Pairs renamed = pairs_of(A, build_shape(shuffled), X_AB);
+    TrianglePairs renamed = pairs_of(A, build_shape(shuffled), X_AB);
     for (auto& [a, b] : renamed) b = from[b];
     std::sort(renamed.begin(), renamed.end());
     REQUIRE(renamed == pairs);

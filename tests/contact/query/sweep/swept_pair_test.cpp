@@ -11,7 +11,7 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kTolerance = 1e-6;  // [m]
+constexpr double kPairTolerance = 1e-6;  // [m]
 
 }  // namespace
 
@@ -23,10 +23,10 @@ TEST_CASE("swept pair: a vertex through a face, in closed form", "[contact]") {
   CHECK(hit->is_proven);
   CHECK(hit->time <= 0.5);
   CHECK(hit->time >= 0.5 - 1e-9);
-  CHECK_FALSE(vertex_face_meeting({{0, 0, 1}, {0, 0, 1e-3}}, face, kTolerance));
-  CHECK_FALSE(vertex_face_meeting({{3, 3, 1}, {3, 3, -1}}, face, kTolerance));
+  CHECK_FALSE(vertex_face_meeting({{0, 0, 1}, {0, 0, 1e-3}}, face, kPairTolerance));
+  CHECK_FALSE(vertex_face_meeting({{3, 3, 1}, {3, 3, -1}}, face, kPairTolerance));
   // within the square, beyond the third side
-  CHECK_FALSE(vertex_face_meeting({{1.2, 1.2, 1}, {1.2, 1.2, -1}}, face, kTolerance));
+  CHECK_FALSE(vertex_face_meeting({{1.2, 1.2, 1}, {1.2, 1.2, -1}}, face, kPairTolerance));
 }
 
 TEST_CASE("swept pair: two edges pass each other, in closed form", "[contact]") {
@@ -39,8 +39,8 @@ TEST_CASE("swept pair: two edges pass each other, in closed form", "[contact]") 
   REQUIRE(hit);
   CHECK(hit->time <= 0.25);
   CHECK(hit->time >= 0.25 - 1e-9);
-  CHECK_FALSE(edge_edge_meeting(still, falling(1.2, 1, -3), kTolerance));
-  CHECK_FALSE(edge_edge_meeting(still, falling(0, 1, 0.1), kTolerance));
+  CHECK_FALSE(edge_edge_meeting(still, falling(1.2, 1, -3), kPairTolerance));
+  CHECK_FALSE(edge_edge_meeting(still, falling(0, 1, 0.1), kPairTolerance));
 }
 
 TEST_CASE("swept pair: parallel edges that fall on one another meet", "[contact][trap]") {
@@ -48,12 +48,12 @@ TEST_CASE("swept pair: parallel edges that fall on one another meet", "[contact]
     return std::array<SweptPoint, 2>{
         {{{x, 0, from}, {x, 0, to}}, {{x + 1, 0, from}, {x + 1, 0, to}}}};
   };
-  const auto hit = edge_edge_meeting(edge(0, 0, 0), edge(0.5, 1, -1), kTolerance);
+  const auto hit = edge_edge_meeting(edge(0, 0, 0), edge(0.5, 1, -1), kPairTolerance);
   REQUIRE(hit);
   CHECK(hit->time <= 0.5);
   CHECK(hit->time >= 0.49);
   // collinear, one behind the other: they come no nearer than 0.1
-  CHECK_FALSE(edge_edge_meeting(edge(0, 0, 0), edge(1.1, 1, -1), kTolerance));
+  CHECK_FALSE(edge_edge_meeting(edge(0, 0, 0), edge(1.1, 1, -1), kPairTolerance));
 }
 
 TEST_CASE("swept pair: never later than a meeting that was made", "[contact][trap]") {
@@ -66,14 +66,14 @@ TEST_CASE("swept pair: never later than a meeting that was made", "[contact][tra
 
 TEST_CASE("swept pair: corners that are not finite meet at once, unproven", "[contact]") {
   check_not_finite([](const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) {
-    return vertex_face_meeting(vertex, face, kTolerance);
+    return vertex_face_meeting(vertex, face, kPairTolerance);
   });
   const std::array<Vec3, 3> still{{{-1, -1, 0}, {2, -1, 0}, {-1, 2, 0}}};
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), kInfinity, -kInfinity}) {
     const RigidMotion motion = motion_between({{0, 0, 1}, {}}, {{0, 0, bad}, {}}, {});
     check_unproven_at_once(
-        vertex_face_meeting(stretch_of(motion, 0, 1, 1), {0, 0, 0}, still, kTolerance));
+        vertex_face_meeting(stretch_of(motion, 0, 1, 1), {0, 0, 0}, still, kPairTolerance));
   }
 }
 
@@ -84,15 +84,16 @@ TEST_CASE("swept pair: a rod that turns half round passes a post that straight w
   const std::array<Vec3, 2> post{{{0, 0.4, -0.1}, {0, 0.4, 0.1}}};
   const RigidMotion half_turn =
       motion_between({{}, {}}, {{}, from_rotation_vector({0, 0, 3.1})}, {});
-  const auto hit = edge_edge_meeting(stretch_of(half_turn, 0, 1, 1), rod, post, kTolerance);
+  const auto hit = edge_edge_meeting(stretch_of(half_turn, 0, 1, 1), rod, post, kPairTolerance);
   REQUIRE(hit);
   CHECK(hit->is_proven);
   const double truth = 1.5707963267948966 / 3.1;
   CHECK(hit->time <= truth);
   CHECK(hit->time >= truth - 1e-5);
   const Pose end = half_turn.at(1);
-  const auto straight = edge_edge_meeting({{{rod[0], end * rod[0]}, {rod[1], end * rod[1]}}},
-                                          {{{post[0], post[0]}, {post[1], post[1]}}}, kTolerance);
+  const auto straight =
+      edge_edge_meeting({{{rod[0], end * rod[0]}, {rod[1], end * rod[1]}}},
+                        {{{post[0], post[0]}, {post[1], post[1]}}}, kPairTolerance);
   CHECK_FALSE(straight);
 }
 

@@ -14,7 +14,7 @@ namespace {
 constexpr double kFar = 1e9;
 
 /// All triangles, with the same arithmetic.
-SegmentHit brute_force(const MeshShape& shape, const SweptSphere& sphere) {
+SegmentHit earliest_of_all(const MeshShape& shape, const SweptSphere& sphere) {
   SegmentHit best;
   for (uint32_t i = 0; i < shape.mesh.triangles.size(); ++i) {
     double t = 1;
@@ -86,7 +86,7 @@ TEST_CASE("swept sphere: the tree finds what every triangle in turn finds", "[co
       const SweptSphere s{from, from + length * random.direction(), radius};
       const SegmentHit tree = first_sphere_hit(shape->view(), s);
       CAPTURE(k, radius, s.from_O, s.to_O);
-      require_same(tree, brute_force(shape->view(), s));
+      require_same(tree, earliest_of_all(shape->view(), s));
       hits += tree.hit;
     }
   }
@@ -111,7 +111,7 @@ TEST_CASE("swept sphere: on rough sheets, small and large spheres, near and far 
       const SweptSphere s{from, from + length * random.direction(), radius};
       const SegmentHit tree = first_sphere_hit(shape.view(), s);
       CAPTURE(k, i, slope, radius, s.from_O, s.to_O);
-      require_same(tree, brute_force(shape.view(), s));
+      require_same(tree, earliest_of_all(shape.view(), s));
       hits += tree.hit;
     }
   }

@@ -68,7 +68,7 @@ long double point_face(const Long3& p, const Long3& a, const Long3& b, const Lon
   return length(w - along(along({0, 0, 0}, u, s), v, t));
 }
 
-double brute_force(const Corners& a, const Corners& b) {
+double sampled_distance(const Corners& a, const Corners& b) {
   Long3 p[3], q[3];
   for (size_t i = 0; i < 3; ++i) p[i] = to_long(a[i]), q[i] = to_long(b[i]);
   long double least = std::numeric_limits<long double>::infinity();
@@ -82,7 +82,7 @@ double brute_force(const Corners& a, const Corners& b) {
   return static_cast<double>(least);
 }
 
-bool has_area(const Corners& c) {
+bool is_spread(const Corners& c) {
   return norm_squared(cross(c[1] - c[0], c[2] - c[0])) > 0;
 }
 
@@ -120,7 +120,7 @@ TEST_CASE("triangle distance: fifteen pairs of parts in long double, 0 where CGA
     if (trial % 4 == 3) {
       for (size_t i = 0; i < 3; ++i) b[i] = a[i] + Vec3{0, 0, 1e-4} + 0.1 * random.direction();
     }
-    const bool meet = has_area(a) && has_area(b) && cgal_triangles_meet(a, b);
+    const bool meet = is_spread(a) && is_spread(b) && cgal_triangles_meet(a, b);
     const TriangleDistance found = triangle_distance(a, b);
     CAPTURE(trial);
     n_meeting += meet;
@@ -128,7 +128,7 @@ TEST_CASE("triangle distance: fifteen pairs of parts in long double, 0 where CGA
       REQUIRE(found.distance == 0);
       continue;
     }
-    const double expected = brute_force(a, b);
+    const double expected = sampled_distance(a, b);
     REQUIRE(std::fabs(found.distance - expected) < tol(2e-8));
     // only sides that are nearly parallel and nearly touch lose digits
     if (trial % 4 != 2 && expected > 1e-3) {

@@ -16,13 +16,13 @@ namespace {
 constexpr double kRadius = 0.05;
 
 /// A ball as the object, and a box as the tool.
-struct Pair {
+struct ShellPair {
   DistanceFieldData field;
   PointshellData shell;
   std::vector<ShellVisit> visited;
   std::vector<ShellTouch> touches;
 
-  Pair(double cell, double spacing)
+  ShellPair(double cell, double spacing)
       : field(build_distance_field(-kRadius * Vec3{1, 1, 1}, kRadius * Vec3{1, 1, 1},
                                    [](const Vec3& p) { return norm(p) - kRadius; },
                                    {cell, 4 * cell, 4 * cell})),
@@ -35,7 +35,7 @@ struct Pair {
     return find_touches(field.view(), shell.view(), X_OT, query, coherence, visited, touches);
   }
   /// Whether the other query gave the same answer.
-  bool told_as(const ShellAnswer& own, const Pair& other, const ShellAnswer& others) const {
+  bool told_as(const ShellAnswer& own, const ShellPair& other, const ShellAnswer& others) const {
     const auto is_same = [](const ShellTouch& a, const ShellTouch& b) {
       return a.point == b.point && a.count == b.count && a.distance == b.distance;
     };
@@ -58,7 +58,7 @@ Pose slide(double t, double height) {
 }  // namespace
 
 TEST_CASE("shell in field: pruning never changes the result", "[contact][trap]") {
-  Pair pair(2e-3, 1.5e-3);
+  ShellPair pair(2e-3, 1.5e-3);
   Random random(1);
   size_t touching = 0;
   for (size_t k = 0; k < trials(300); ++k) {
@@ -83,7 +83,7 @@ TEST_CASE("shell in field: pruning never changes the result", "[contact][trap]")
 
 TEST_CASE("shell in field: of a patch that approaches the nearest point stands for all",
           "[contact][trap]") {
-  Pair pair(2e-3, 1e-3);
+  ShellPair pair(2e-3, 1e-3);
   const Pointshell shell = pair.shell.view();
   const uint32_t first = shell.levels[shell.levels.size() - 4],
                  end = shell.levels[shell.levels.size() - 3];
@@ -126,7 +126,7 @@ TEST_CASE("shell in field: of a patch that approaches the nearest point stands f
 
 TEST_CASE("shell in field: temporal coherence is bit-identical, and asks ten times less",
           "[contact][trap]") {
-  Pair with(1e-3, 0.7e-3), without(1e-3, 0.7e-3);
+  ShellPair with(1e-3, 0.7e-3), without(1e-3, 0.7e-3);
   ShellCoherence coherence(with.shell.view());
   uint64_t asked_with = 0, asked_without = 0;
   size_t touching = 0;
@@ -153,7 +153,7 @@ TEST_CASE("shell in field: temporal coherence is bit-identical, and asks ten tim
 TEST_CASE("shell in field: coherence is bit-identical on a random walk and for any reach",
           "[contact][trap]") {
   // random frames, 1e5 with HAPTIC_TORTURE_SCALE = 40
-  Pair with(1.5e-3, 1.2e-3), without(1.5e-3, 1.2e-3);
+  ShellPair with(1.5e-3, 1.2e-3), without(1.5e-3, 1.2e-3);
   ShellCoherence coherence(with.shell.view());
   Random random(8);
   Pose X_OT = slide(0, 0.02);
@@ -180,7 +180,7 @@ TEST_CASE("shell in field: coherence is bit-identical on a random walk and for a
 TEST_CASE("shell in field: coherence is bit-identical in a narrow gap, whatever the reach",
           "[contact][trap]") {
   // points closer to the surface than a cell, cells coarser than the gap
-  Pair with(3e-3, 0.7e-3), without(3e-3, 0.7e-3);
+  ShellPair with(3e-3, 0.7e-3), without(3e-3, 0.7e-3);
   ShellCoherence coherence(with.shell.view());
   uint64_t asked_with = 0, asked_without = 0, told = 0;
   const double touch = GENERATE(0.0, 1e-4);
@@ -201,7 +201,7 @@ TEST_CASE("shell in field: coherence is bit-identical in a narrow gap, whatever 
 
 TEST_CASE("shell in field: lanes tell to the bit what one point after the other does",
           "[contact][trap]") {
-  Pair pair(2e-3, 1.5e-3);
+  ShellPair pair(2e-3, 1.5e-3);
   const DistanceField field = pair.field.view();
   Random random(1);
   for (size_t k = 0; k < trials(2000); ++k) {
@@ -232,7 +232,7 @@ TEST_CASE("shell in field: lanes tell to the bit what one point after the other 
 }
 
 TEST_CASE("shell in field: out of budget coarser points stand for the rest", "[contact]") {
-  Pair pair(2e-3, 1e-3);
+  ShellPair pair(2e-3, 1e-3);
   const Pose X_OT = slide(0.4, 0.010);
   const ShellAnswer whole = pair.ask(X_OT);
   REQUIRE(whole.is_complete);
@@ -252,7 +252,7 @@ TEST_CASE("shell in field: out of budget coarser points stand for the rest", "[c
 }
 
 TEST_CASE("shell in field: no point over the budget, with coherence either", "[contact][trap]") {
-  Pair pair(2e-3, 1e-3);
+  ShellPair pair(2e-3, 1e-3);
   ShellCoherence coherence(pair.shell.view());
   size_t cut_short = 0;
   for (size_t k = 0; k < trials(2000); ++k) {
@@ -271,7 +271,7 @@ TEST_CASE("shell in field: no point over the budget, with coherence either", "[c
 
 TEST_CASE("shell in field: a budget for what is near becomes enough though all is unknown at first",
           "[contact][trap]") {
-  Pair pair(2e-3, 0.7e-3), other(2e-3, 0.7e-3);
+  ShellPair pair(2e-3, 0.7e-3), other(2e-3, 0.7e-3);
   ShellCoherence coherence(pair.shell.view());
   const auto at = [](size_t k) { return slide(1e-4 * static_cast<double>(k), 0.0152); };
   // number of lookups if every point must be tested
@@ -300,7 +300,7 @@ TEST_CASE("shell in field: a budget for what is near becomes enough though all i
 TEST_CASE("shell in field: whatever the budget, what touches is told where points are",
           "[contact][trap]") {
   // every point tested, then pressed in at once: many nearest points begin to touch
-  Pair pair(2e-3, 1e-3);
+  ShellPair pair(2e-3, 1e-3);
   const ShellQuery whole{1e-3, ~0u, 0};
   size_t short_ones = 0, touching = 0;
   for (size_t k = 0; k < trials(300); ++k) {
@@ -330,7 +330,7 @@ TEST_CASE("shell in field: whatever the budget, what touches is told where point
 }
 
 TEST_CASE("shell in field: after a pose out of this world all is as before", "[contact][trap]") {
-  Pair with(2e-3, 1e-3), without(2e-3, 1e-3);
+  ShellPair with(2e-3, 1e-3), without(2e-3, 1e-3);
   ShellCoherence coherence(with.shell.view());
   const double far = GENERATE(1e200, 1e9, std::numeric_limits<double>::infinity());
   const ShellQuery query{1e-3, ~0u, 0};
@@ -349,7 +349,7 @@ TEST_CASE("shell in field: after a pose out of this world all is as before", "[c
 
 TEST_CASE("shell in field: a shell of a few points is searched as well", "[contact]") {
   const double spacing = GENERATE(0.2, 0.05, 0.02);
-  Pair with(2e-3, spacing), without(2e-3, spacing);
+  ShellPair with(2e-3, spacing), without(2e-3, spacing);
   CAPTURE(with.shell.x.size(), with.shell.levels.size());
   ShellCoherence coherence(with.shell.view());
   Random random(1);
@@ -367,7 +367,7 @@ TEST_CASE("shell in field: a shell of a few points is searched as well", "[conta
 
 TEST_CASE("shell in field: what there was no room for is told by the next query",
           "[contact][trap]") {
-  Pair with(2e-3, 1e-3), without(2e-3, 1e-3);
+  ShellPair with(2e-3, 1e-3), without(2e-3, 1e-3);
   ShellCoherence coherence(with.shell.view());
   const ShellQuery query{2e-3, ~0u, 0};
   const std::span<ShellTouch> few(with.touches.data(), 5);

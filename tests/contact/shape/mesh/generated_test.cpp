@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <cmath>
-#include <numbers>
 
 #include "contact/query/point/closest_point.h"
 #include "contact/query/proximity/mesh_distance.h"
@@ -9,6 +8,7 @@
 #include "contact/shape/mesh/ball_joint.h"
 #include "contact/shape/mesh/dimpled_ball.h"
 #include "contact/shape/mesh/molars.h"
+#include "proto/math/units.h"
 #include "tests/contact/shape/mesh/solid.h"
 #include "tests/support/meshes.h"
 
@@ -16,8 +16,6 @@ using namespace haptic;
 using namespace haptic::test;
 
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 Vec3 sides(const Soup& soup) {
   Vec3 lower = soup.vertices.front(), upper = lower;

@@ -5,6 +5,7 @@
 
 #include "contact/query/point/closest_point.h"
 #include "contact/query/proximity/triangle_pairs.h"
+#include "proto/math/units.h"
 #include "tests/contact/shape/mesh/solid.h"
 #include "tests/support/meshes.h"
 
@@ -29,7 +30,6 @@ double least_gap(const MeshShapeData& part, const MeshShapeData& other) {
 }  // namespace
 
 TEST_CASE("machine parts: closed, facing outwards, of the right volume", "[contact]") {
-  constexpr double kPi = std::numbers::pi;
   const PegAndHole pair;
   const MeshShapeData peg = build_shape(make_peg(pair, {})),
                       hole = build_shape(make_hole(pair, {}));

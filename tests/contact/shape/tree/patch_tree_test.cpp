@@ -59,7 +59,7 @@ void check_lane(const TriangleMesh& mesh, const PatchNode& node, size_t lane,
   REQUIRE(holds);
 }
 
-void check_tree(const MeshShapeData& shape) {
+void check_patch_tree(const MeshShapeData& shape) {
   const TriangleMesh mesh = shape.mesh.view();
   const PatchTree tree = shape.patches.view();
   std::vector<int> seen(mesh.triangles.size(), 0);
@@ -91,10 +91,10 @@ double bytes_per_triangle(const MeshShapeData& shape) {
 }  // namespace
 
 TEST_CASE("patch tree: patches hold their triangles, and the normals around them") {
-  check_tree(build_shape(make_box({1, 2, 3})));
-  check_tree(build_shape(make_grid(0.05, 12)));
-  check_tree(build_shape(make_icosphere(0.05, 2)));
-  check_tree(build_shape(make_degenerate_soup(3, 300)));
+  check_patch_tree(build_shape(make_box({1, 2, 3})));
+  check_patch_tree(build_shape(make_grid(0.05, 12)));
+  check_patch_tree(build_shape(make_icosphere(0.05, 2)));
+  check_patch_tree(build_shape(make_degenerate_soup(3, 300)));
 }
 
 TEST_CASE("patch tree: a stored corner is at most a step from where it is") {
