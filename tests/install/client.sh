@@ -15,7 +15,7 @@ example=$prefix/share/doc/libhaptic-client-dev/examples
 
 build_with_cmake() {
   cmake -G Ninja -S "$example" -B "$work/build" -D CMAKE_CXX_COMPILER="$compiler" \
-    -D CMAKE_BUILD_TYPE=Dev -D CMAKE_CXX_FLAGS_DEV=-O2 "$@"
+    -D CMAKE_BUILD_TYPE=Dev -D CMAKE_CXX_FLAGS_DEV=-O0 "$@"
   cmake --build "$work/build"
 }
 

@@ -47,7 +47,8 @@ file(COPY ${here}/slider DESTINATION ${tree}/device-io)
 add_line(slider.def proto/config/devices.def)
 
 run(${CMAKE_COMMAND} --preset dev -DBUILD_TESTING=OFF)
-run(${CMAKE_COMMAND} --build build/dev --target outside outside_device)
+# on one core: other tests have the rest
+run(${CMAKE_COMMAND} --build build/dev --parallel 1 --target outside outside_device)
 foreach(program IN ITEMS outside outside_device)
   run(build/dev/bin/${program})
   message(STATUS "${program}: ${said}")

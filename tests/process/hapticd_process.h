@@ -9,22 +9,9 @@
 
 #include "proto/ipc/process.h"
 #include "proto/os/programs.h"
-#include "proto/os/realtime.h"
+#include "tests/support/eventually.h"
 
 namespace haptic::test {
-
-inline constexpr int64_t kPatienceNs = 60 * kNsPerSecond;  // only a hang takes this long
-
-/// Polls every millisecond until the condition holds; false after a minute.
-template <typename Condition>
-bool eventually(Condition holds) {
-  const int64_t give_up = now_ns() + kPatienceNs;
-  while (!holds()) {
-    if (now_ns() > give_up) return false;
-    sleep_until(now_ns() + 1'000'000);
-  }
-  return true;
-}
 
 /// The folder of the programs under test: that of the test itself.
 std::filesystem::path program_folder();

@@ -14,6 +14,7 @@
 #include "proto/ipc/handout.h"
 #include "proto/os/realtime.h"
 #include "tests/process/ring_torture.h"
+#include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic::test {
@@ -198,7 +199,6 @@ class KillTorture {
 
   template <typename Condition>
   void serve_until(Condition holds) {
-    constexpr int64_t kPatienceNs = 60 * kNsPerSecond;  // only a hang takes this long
     const int64_t give_up = now_ns() + kPatienceNs;
     while (!holds()) {
       if (now_ns() > give_up) throw std::runtime_error("a writer or reader hangs");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The servo's own loop with each driver attached, under rt_guard: 11,000 ticks here, 10⁶ with
-// HAPTIC_TORTURE_SCALE=91, with one driver by -c KIND. The emulated devices hold hands that press
+// The servo's own loop with each driver attached, under rt_guard: 5,000 ticks here, 10⁶ with
+// HAPTIC_TORTURE_SCALE=200, with one driver by -c KIND. The emulated devices hold hands that press
 // into the block of the shipped session files.
 #include <sys/socket.h>
 #include <unistd.h>
@@ -167,7 +167,7 @@ void check_guarded(const Driver& driver) {
   const BakedSession baked = bake_session(config);
   PlayedDevice* played = nullptr;
   GuardedLoopOptions options{
-      .ticks = static_cast<uint64_t>(11'000 * torture_scale()), .timed_ticks = 0, .warm_up = 1500};
+      .ticks = static_cast<uint64_t>(5'000 * torture_scale()), .timed_ticks = 0, .warm_up = 1500};
   options.open = [&](const DeviceConfig& device) {
     GuardedDevice guarded = driver.open(device);
     played = static_cast<PlayedDevice*>(guarded.device.get());

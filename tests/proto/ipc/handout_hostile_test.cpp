@@ -267,7 +267,7 @@ TEST_CASE(
     const FileDescriptor probe(open(path.c_str(), O_RDONLY | O_CLOEXEC));
     return flock(probe.get(), LOCK_EX | LOCK_NB) != 0;
   };
-  CHECK(test::wait_until(is_held));
+  CHECK(test::eventually(is_held));
   const std::string what = message();
   CHECK(contains(what, "no running hapticd"));
   CHECK(contains(what, "fuser " + path));

@@ -173,7 +173,7 @@ TEST_CASE(
   offer_segment(sender.get(), SegmentId::kSim, 1, "sim", first.fd());
   // announcements are processed in order: once this one is there, so are the others
   offer_segment(sender.get(), SegmentId::kControl, 1, "control", last.fd());
-  CHECK(test::wait_until([&] { return controls.channels() != nullptr; }));
+  CHECK(test::eventually([&] { return controls.channels() != nullptr; }));
   std::vector<uint64_t> seen;
   for (SceneFrame out; frames.next(out);) seen.push_back(out.seq);
   CHECK(seen == std::vector<uint64_t>{10, 20});
@@ -414,7 +414,7 @@ TEST_CASE("handout: a client that leaves is forgotten, one that is told so knows
   attachments.start();
   REQUIRE(serve_until(*server, [&] { return server->n_clients() == 1; }));
   server.reset();
-  CHECK(test::wait_until([&] { return closed.load(); }));
+  CHECK(test::eventually([&] { return closed.load(); }));
   CHECK_FALSE(attachments.is_connected());
 }
 
@@ -438,7 +438,7 @@ TEST_CASE("handout: the socket a killed server left behind is replaced") {
     for (;;) pause();
   }
   const std::string socket = folder.path() + "/phoenix.sock";
-  CHECK(test::wait_until(
+  CHECK(test::eventually(
       [&] { return access(socket.c_str(), F_OK) == 0 && !running_sessions().empty(); }));
   kill(pid, SIGKILL);
   waitpid(pid, nullptr, 0);

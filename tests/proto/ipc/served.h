@@ -6,25 +6,13 @@
 #include <string>
 
 #include "proto/ipc/handout.h"
+#include "tests/support/eventually.h"
 #include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic::test {
 
-inline constexpr int64_t kPatienceNs = 60 * kNsPerSecond;  // only a hang takes this long
-
-/// Waits until the condition holds; false if it never did.
-template <typename Condition>
-bool wait_until(Condition holds) {
-  const int64_t give_up = now_ns() + kPatienceNs;
-  while (!holds()) {
-    if (now_ns() > give_up) return false;
-    sleep_until(now_ns() + 1'000'000);
-  }
-  return true;
-}
-
-/// The same, and serves meanwhile.
+/// As eventually(), and serves meanwhile.
 template <typename Condition>
 bool serve_until(HandoutServer& server, Condition holds) {
   const int64_t give_up = now_ns() + kPatienceNs;
