@@ -9,7 +9,7 @@
 
 #include "proto/ipc/process.h"
 #include "proto/os/programs.h"
-#include "tests/support/eventually.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic::test {
 

@@ -14,8 +14,8 @@
 #include "proto/ipc/handout.h"
 #include "proto/os/realtime.h"
 #include "tests/process/ring_torture.h"
-#include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic::test {
 

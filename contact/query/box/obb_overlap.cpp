@@ -10,8 +10,8 @@ namespace {
 
 // relative: float axes are orthonormal to 1e-6, and each test adds a few such errors
 constexpr double kAxisSlack = 1e-5;
-constexpr double kRounding = 1e-14;  // relative, of moved coordinates in double
-constexpr double kMuchTurn = 0.05;   // [rad] per half sweep, above which spheres are tested first
+constexpr double kMovedRounding = 1e-14;  // relative, of moved coordinates in double
+constexpr double kMuchTurn = 0.05;  // [rad] per half sweep, above which spheres are tested first
 
 double size_of(const CompactObb& box) {
   return static_cast<double>(box.half[0]) + static_cast<double>(box.half[1]) +
@@ -56,7 +56,7 @@ Halfway halfway(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep)
   at.way = sweep.way_A + cross(sweep.turn_A, at.lever);
   at.rounding =
       kAxisSlack * (size_of(a) + size_of(b) + sum_of(at.way)) +
-      kRounding * (sum_of(sweep.p_AB) + sum_of(at.box_a.centre_O) + sum_of(at.box_b.centre_O));
+      kMovedRounding * (sum_of(sweep.p_AB) + sum_of(at.box_a.centre_O) + sum_of(at.box_b.centre_O));
   return at;
 }
 

@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNoBound = std::numeric_limits<double>::infinity();
 constexpr uint32_t kFaceCorners = 32;              // of a face with more, every n-th counts
 constexpr size_t kMostCorners = 2 * kFaceCorners;  // each wall of one adds a corner to the other
 constexpr double kSamePlace = 1e-9;  // depth of the deepest corner below that of the pair [m]
@@ -125,7 +125,7 @@ size_t piece_contacts(const PieceTree& tree_a, uint32_t a, const PieceTree& tree
   HAPTIC_ASSERT(tilt > 0);
   const size_t step = std::max<size_t>((overlap.n + kMostOfPair - 1) / kMostOfPair, 1);
   size_t n = 0;
-  double deepest = -kInfinity;
+  double deepest = -kNoBound;
   for (size_t i = 0; i < overlap.n; i += step) {
     const Vec3& p = overlap.point[i];
     const double hulls = (face_a.offset - dot(face_a.normal, p)) / tilt;

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "contact/query/simd/lanes8.h"
 #include "proto/math/vec3.h"
 
 namespace haptic {
@@ -14,11 +15,10 @@ enum class Facing { kAny, kEitherSide, kFront };
 /// A point prepared for the tests, in float with conservative rounding.
 struct PatchProbe {
   explicit PatchProbe(const Vec3& p) : p_O(p) {
-    constexpr float kUlp = 1.2e-7F;  // an ulp of 1
     for (int k = 0; k < 3; ++k) {
       const auto row = static_cast<size_t>(k);
       const auto x = static_cast<float>(p[k]);
-      const float ulp = kUlp * (x < 0 ? -x : x);
+      const float ulp = lanes8::kUlp * (x < 0 ? -x : x);
       at[row] = x, below[row] = x - ulp, above[row] = x + ulp;
       slack += 4 * ulp;  // a rounding of p, one of the product, two of the sum
     }
@@ -31,8 +31,7 @@ struct PatchProbe {
 
 /// A float no less than the distance.
 inline float round_up_distance(double distance) {
-  constexpr float kUlp = 1.2e-7F;
-  return static_cast<float>(distance) * (1 + kUlp) + 1e-18F;
+  return static_cast<float>(distance) * (1 + lanes8::kUlp) + 1e-18F;
 }
 
 /// Limit for squared distances of patches, rounded up.

@@ -2,6 +2,7 @@
 #include "contact/query/point/way_tests.h"
 
 #include "contact/query/point/patch_lanes.h"
+#include "contact/query/simd/lanes8.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -10,7 +11,6 @@ using namespace lanes8;
 
 namespace {
 
-constexpr float kUlp = 1.2e-7F;      // an ulp of 1
 constexpr float kWayRoundings = 32;  // ulps of the largest coordinate that the tests may be off
 
 HAPTIC_INLINE Vec8 splat3(float x, float y, float z) {
@@ -33,7 +33,7 @@ WayProbe::WayProbe(const Vec3& start, const Vec3& way, double r, double furthest
     : from_O(start),
       length(round_up_distance(norm(way))),
       radius(round_up_distance(r) * (1 + kSumError)),
-      slack(kWayRoundings * kUlp * round_up_distance(furthest)) {
+      slack(kWayRoundings * lanes8::kUlp * round_up_distance(furthest)) {
   HAPTIC_ASSERT(r >= 0 && furthest >= 0);
   for (int k = 0; k < 3; ++k) {
     from[static_cast<size_t>(k)] = static_cast<float>(start[k]);

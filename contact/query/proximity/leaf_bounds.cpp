@@ -6,13 +6,12 @@
 #include <span>
 
 #include "contact/query/point/patch_lanes.h"
+#include "contact/query/simd/lanes8.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kUlp = 1.2e-7F;          // an ulp of 1
 constexpr double kFloats = 1e-6;         // relative error of a ball in float
 constexpr float kWayStep = 1 / 32767.F;  // of the components of a direction
 // errors of a gap from the rounding of its direction to steps: relative, and in half diagonals of
@@ -33,7 +32,7 @@ HAPTIC_INLINE void move_one(LeafBounds& bounds, const MovedFloats& moved, float 
   for (size_t k = 0; k < LeafBounds::kPairs; k += 8) {
     Float8 was;
     std::memcpy(&was, &bounds.at_least[k], sizeof was);
-    Float8 is = (1 - 4 * kUlp) * was - lost;
+    Float8 is = (1 - 4 * lanes8::kUlp) * was - lost;
 #pragma GCC unroll 3
     for (size_t axis = 0; axis < 3; ++axis) {
       const auto steps = load_lanes<Short8>(&bounds.way[axis][k]);
@@ -55,7 +54,7 @@ HAPTIC_WIDE void move_all(std::span<LeafBounds> bounds, const MovedFloats& moved
 
 void LeafBounds::begin(size_t n_a, size_t n_b, double half_a, double half_b) {
   HAPTIC_ASSERT(n_a <= kLeafTriangles && n_b <= kLeafTriangles);
-  at_least.fill(kInfinity);
+  at_least.fill(lanes8::kInfinity);
   way = {};
   asked = 0;
   for (size_t j = 0; j < n_b; ++j) {

@@ -10,14 +10,14 @@ namespace haptic {
 namespace {
 
 /// Pairs of triangles whose distances are to be measured together.
-struct Waiting {
+struct WaitingPair {
   DistanceBatch batch;
   std::array<TrianglePair, DistanceBatch::kRoom> pairs;
 };
 
 /// Calls on_near for each near pair until it returns false.
 template <class OnNear>
-bool measure_waiting(Waiting& waiting, const Pose& X_AB, double band, OnNear&& on_near) {
+bool measure_waiting(WaitingPair& waiting, const Pose& X_AB, double band, OnNear&& on_near) {
   DistanceBatch& batch = waiting.batch;
   measure(X_AB, batch);
   for (size_t i = 0; i < batch.n; ++i) {
@@ -36,7 +36,7 @@ bool descend(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_A
   const bool is_band = std::isfinite(band) && band >= 0;
   if (tree_A.nodes.empty() || tree_B.nodes.empty() || !is_finite(X_AB) || !is_band) return true;
   const BoxDistance boxes(X_AB);
-  Waiting found;
+  WaitingPair found;
   const auto wait = [&](const ObbNode& a, const ObbNode& b) {
     HAPTIC_ASSERT(found.batch.n + size_t{a.count} * b.count <= DistanceBatch::kRoom);
     for (uint32_t j = 0; j < b.count; ++j) {

@@ -7,15 +7,14 @@
 #include <span>
 
 #include "contact/query/point/patch_lanes.h"
+#include "contact/query/simd/lanes8.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr double kRounding = 1e-14;  // relative error of places in double
-constexpr double kFloats = 1e-6;     // relative error of a displacement in float
-constexpr float kUlp = 1.2e-7F;      // an ulp of 1
+constexpr double kPlaceRounding = 1e-14;      // relative error of places in double
+constexpr double kDisplacementFloats = 1e-6;  // relative error of a displacement in float
 constexpr double kNormal = 1e-6;  // relative error of a gap: normals are shorter than 1 by as much
 // ‖R' − R‖ is 1/√2 of its Frobenius norm, since both are rotations
 constexpr double kSpectral = 0.70710679;
@@ -28,7 +27,7 @@ HAPTIC_WIDE void move_planes(std::span<SlidingPlaneBlock> blocks, const MovedFlo
                              float least) {
   for (SlidingPlaneBlock& block : blocks) {
     const Float8 x = row(block.centre_B[0]), y = row(block.centre_B[1]), z = row(block.centre_B[2]);
-    Float8 gap = (1 - 4 * kUlp) * row(block.gap);
+    Float8 gap = (1 - 4 * lanes8::kUlp) * row(block.gap);
     gap -= moved.angle * row(block.radius) + moved.rounding;
 #pragma GCC unroll 3
     for (size_t axis = 0; axis < 3; ++axis) {
@@ -47,8 +46,8 @@ MovedFloats::MovedFloats(const PoseChange& change)
     : way(to_lanes(change.way)),
       turn{to_lanes(change.turn.column(0)), to_lanes(change.turn.column(1)),
            to_lanes(change.turn.column(2))},
-      angle((1 + 4 * kUlp) * static_cast<float>(change.angle)),
-      rounding((1 + 4 * kUlp) * static_cast<float>(change.rounding)) {}
+      angle((1 + 4 * lanes8::kUlp) * static_cast<float>(change.angle)),
+      rounding((1 + 4 * lanes8::kUlp) * static_cast<float>(change.rounding)) {}
 
 PoseChange::PoseChange(const Pose& from_AB, const Pose& to_AB, double reach)
     : way(to_AB.p - from_AB.p) {
@@ -57,9 +56,9 @@ PoseChange::PoseChange(const Pose& from_AB, const Pose& to_AB, double reach)
   turn = {{to.row[0] - from.row[0], to.row[1] - from.row[1], to.row[2] - from.row[2]}};
   const double squares =
       norm_squared(turn.row[0]) + norm_squared(turn.row[1]) + norm_squared(turn.row[2]);
-  angle = kSpectral * std::sqrt(squares) + kRounding;
-  rounding =
-      kRounding * (norm(from_AB.p) + norm(to_AB.p) + reach) + kFloats * (norm(way) + angle * reach);
+  angle = kSpectral * std::sqrt(squares) + kPlaceRounding;
+  rounding = kPlaceRounding * (norm(from_AB.p) + norm(to_AB.p) + reach) +
+             kDisplacementFloats * (norm(way) + angle * reach);
 }
 
 double PoseChange::most(const Vec3& centre_B, double radius) const {
@@ -87,7 +86,7 @@ void SlidingPlanes::put(uint32_t owner, const SlidingPlane& plane) {
   if (slot == kNone) slot = n_++;
   if (slot / SlidingPlaneBlock::kPlanes == blocks_.size()) {
     blocks_.emplace_back();
-    blocks_.back().gap.fill(kInfinity);
+    blocks_.back().gap.fill(lanes8::kInfinity);
   }
   SlidingPlaneBlock& block = block_of(slot);
   const size_t lane = slot % SlidingPlaneBlock::kPlanes;
@@ -96,8 +95,8 @@ void SlidingPlanes::put(uint32_t owner, const SlidingPlane& plane) {
     block.normal_A[axis][lane] = n[axis];
     block.centre_B[axis][lane] = c[axis];
   }
-  block.radius[lane] =
-      static_cast<float>((1 + kFloats) * plane.radius + kFloats * norm(plane.centre_B));
+  block.radius[lane] = static_cast<float>((1 + kDisplacementFloats) * plane.radius +
+                                          kDisplacementFloats * norm(plane.centre_B));
   block.owner[lane] = owner;
   set_gap(owner, plane.gap);
 }
@@ -125,7 +124,7 @@ void SlidingPlanes::take_out(uint32_t owner) {
   slot_of_[owner] = kNone;
   for (SlidingPlaneBlock::Row& row : from.normal_A) row[k] = 0;
   from.radius[k] = 0;
-  from.gap[k] = kInfinity;
+  from.gap[k] = lanes8::kInfinity;
   if (k == 0) blocks_.pop_back();
 }
 

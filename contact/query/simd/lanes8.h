@@ -31,6 +31,7 @@ inline constexpr float kError = 2;  // error of a distance, in quantisation step
 // thin
 inline constexpr float kCancelled = 5e-5F;
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+inline constexpr float kUlp = 1.2e-7F;  // an ulp of 1
 
 HAPTIC_INLINE Float8 splat(float x) {
   // via integers, which g++ 12 compiles to one instruction

@@ -14,7 +14,7 @@ namespace haptic {
 namespace {
 
 constexpr size_t kDirections = 8;
-constexpr int kMostSteps = 24;              // triangles of a walk
+constexpr int kLongestWalk = 24;            // triangles of a walk
 constexpr double kPatchTurnCosine = 0.906;  // cos 25°, as plane_extent has it
 constexpr double kBetween = 0.92388;        // cos 22.5°, half the angle between two directions
 constexpr double kBendReach = 4e-3;         // [m]; the bend is measured there: facets are shorter
@@ -87,7 +87,7 @@ Walked walked(const Walk& walk, uint32_t triangle) {
   size_t side = 0;
   if (!first_gate(walk, triangle, gate, side)) return result;
   bool is_measured = false;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kLongestWalk; ++step) {
     const Vec3 way = walk.crossing(gate) - walk.from_O;
     result.extent = std::max(dot(walk.along_O, way), 0.0);
     if (!is_measured && result.extent > 0) {

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "proto/ipc/handout.h"
-#include "tests/support/eventually.h"
 #include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic::test {
 
