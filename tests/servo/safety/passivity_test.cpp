@@ -193,6 +193,7 @@ TEST_CASE("passivity: the energy of six dimensions is the sum of what was held t
   const Twist surface = port.input.surface_B;
   long double moving = 0, turning = 0;
   Wrench held;
+  port.move({0.03, -0.02, 0.05}, {0.2, 0.1, -0.3});  // the account begins where the hand is found
   for (int k = 0; k < 2000; ++k) {
     if (k > 0) {
       const Vec3 step = any(2e-3), turn = any(20e-3);
