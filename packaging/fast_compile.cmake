@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # What most files include is compiled once: a file of the product then takes 0.2 s less (of 0.8 s, the
-# median), one of the tests a third less; and files with CGAL are compiled together. A file still
+# median), one of the tests a third less; and files are compiled together. A file still
 # includes what it uses: the preset `shipped` compiles each file and each header by itself.
 option(HAPTIC_FAST_COMPILE "compile common headers once, and files with CGAL together" ON)
 # clang-tidy cannot read what g++ has precompiled
@@ -21,23 +21,44 @@ function(haptic_precompile name library)
 endfunction()
 
 # haptic_compile_together(target): its files six at a time, which halves the time again. Those of one area
-# (contact/query, tests/servo/safety) are together, in which names in unnamed namespaces are to differ; a
-# file that comes to another area changes nothing here. One with options of its own is by itself
+# (contact/query, tests/servo) are together, in which names in unnamed namespaces are to differ; a file
+# that comes to another area changes nothing here. One with options of its own, or with HAPTIC_APART, is by
+# itself. CMake's UNITY_BUILD writes absolute paths, by which ccache would not know them in another clone
 function(haptic_compile_together target)
+  get_target_property(apart ${target} HAPTIC_APART)
+  if(apart OR NOT HAPTIC_FAST_COMPILE)
+    return()
+  endif()
   get_target_property(sources ${target} SOURCES)
   get_target_property(folder ${target} SOURCE_DIR)
-  list(FILTER sources INCLUDE REGEX "\\.cpp$")
+  set(compiled)
   foreach(source IN LISTS sources)
-    cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${folder} NORMALIZE)
-    cmake_path(RELATIVE_PATH source BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE area)
-    string(REGEX MATCH "^(tests/)?[^/]+/([^/]+/)?" area ${area})
+    cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${folder} NORMALIZE OUTPUT_VARIABLE path)
+    cmake_path(IS_PREFIX CMAKE_BINARY_DIR ${path} alone)  # generated
+    foreach(own IN ITEMS COMPILE_OPTIONS COMPILE_DEFINITIONS HAPTIC_APART)
+      get_source_file_property(value ${path} TARGET_DIRECTORY ${target} ${own})
+      if(value)
+        set(alone ON)
+      endif()
+    endforeach()
+    if(alone OR NOT path MATCHES "\\.cpp$")
+      list(APPEND compiled ${source})
+      continue()
+    endif()
+    cmake_path(RELATIVE_PATH path BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
+    string(REGEX MATCH "^(tests/)?[^/]+/([^/]+/)?" area ${path})
     string(MAKE_C_IDENTIFIER ${area} area)
     math(EXPR files_${area} "0${files_${area}} + 1")
     math(EXPR group "(${files_${area}} - 1) / 6")
-    set_source_files_properties(${source} TARGET_DIRECTORY ${target}
-      PROPERTIES UNITY_GROUP ${area}_${group})
+    list(APPEND groups ${area}${group})
+    string(APPEND text_${area}${group} "#include \"${path}\"\n")
   endforeach()
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ${HAPTIC_FAST_COMPILE} UNITY_BUILD_MODE GROUP)
+  list(REMOVE_DUPLICATES groups)
+  foreach(group IN LISTS groups)
+    file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/together/${target}/${group}.cpp CONTENT "${text_${group}}")
+    list(APPEND compiled ${CMAKE_BINARY_DIR}/together/${target}/${group}.cpp)
+  endforeach()
+  set_target_properties(${target} PROPERTIES SOURCES "${compiled}")
 endfunction()
 
 # haptic_use_precompiled(target…): they begin with the common headers; a file with an optimisation of its

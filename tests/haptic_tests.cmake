@@ -21,7 +21,8 @@ haptic_test_flags(test_flags_optimised -O1)
 
 function(haptic_compile_as_test target flags)
   target_link_libraries(${target} PRIVATE ${flags})
-  haptic_compile_together(${target})
+  # once its folder has said which files have options of their own
+  cmake_language(EVAL CODE "cmake_language(DEFER CALL haptic_compile_together ${target})")
   if(HAPTIC_FAST_COMPILE)
     target_precompile_headers(${target} REUSE_FROM ${flags}_common)
   endif()

@@ -4,7 +4,7 @@ if(NOT HAPTIC_SANITIZE)
   add_library(planted_symbols OBJECT servo/planted_symbols.cpp)
   target_link_libraries(planted_symbols PRIVATE haptic_flags)
   # of the proto room what the step calls: the small solvers and the mapping
-  set(of_step "/(math/.*|wire/mapping)[.]cpp[.]o$|/unity_proto_(math|wire)_[^/]*$")
+  set(of_step "/(math/.*|wire/mapping)[.]cpp[.]o$|/proto_(math|wire)_[0-9]+[.]cpp[.]o$")
   set(proto_objects "$<FILTER:$<TARGET_OBJECTS:haptic_proto>,INCLUDE,${of_step}>")
   set(step_objects "$<TARGET_OBJECTS:haptic_servo>;${proto_objects}")
   add_test(NAME symbols COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} "-DOBJECTS=${step_objects}"

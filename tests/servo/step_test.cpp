@@ -365,9 +365,13 @@ TEST_CASE("servo: 64 random contacts always give a finite bounded wrench", "[ser
   }
 }
 
-TEST_CASE("servo: the limits of torque and turning come from the configuration", "[servo]") {
+TEST_CASE("servo: the limits are the smaller of the device's and the configuration's", "[servo]") {
   haptic::SessionConfig config;
+  config.safety.max_force = 6;
+  CHECK(haptic::build_servo_model(config, {8, 0}).limits.max_force == 6);
+  CHECK(haptic::build_servo_model(config, {3, 0}).limits.max_force == 3);
   config.safety.max_torque = 0.2;
+  CHECK(haptic::build_servo_model(config, {8, 0.5}).limits.max_torque == 0.2);
   config.safety.torque_slew = 30;
   config.safety.angular_velocity_limit = 12;
   config.device.continuous_torque = 0.05;

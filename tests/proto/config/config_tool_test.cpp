@@ -245,6 +245,9 @@ TEST_CASE("config: molars, joints and dimpled balls are read with their dimensio
   CHECK(rail.part.clearance == 0.1e-3);
   CHECK(rail.part.around == 48);
   CHECK(rail.extent.x == 0.18);
+  // a tab of two thirds of the width stands out beside it and above
+  CHECK(rail.extent.y == Approx(0.04));
+  CHECK(rail.extent.z == Approx(0.032));
   const ObjectConfig rest =
       object_with("primitive = \"pin-rest\"\n" + frame + "height = \"2 cm\"\naround = 24\n");
   CHECK(rest.part.height == 0.02);
