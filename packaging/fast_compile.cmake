@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # What most files include is compiled once: a file of the product then takes 0.2 s less (of 0.8 s, the
-# median), one of the tests a third less; and files are compiled together. A file still
-# includes what it uses: the preset `shipped` compiles each file and each header by itself.
-option(HAPTIC_FAST_COMPILE "compile common headers once, and files with CGAL together" ON)
+# median), one of the tests a third less; and files of one area are compiled together. A file still includes
+# what it uses: the preset `shipped` compiles each file and each header by itself.
+option(HAPTIC_FAST_COMPILE "compile common headers once, and files of one area together" ON)
 # clang-tidy cannot read what g++ has precompiled
 if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "GNU" OR CMAKE_CXX_CLANG_TIDY)
   set(HAPTIC_FAST_COMPILE OFF)
