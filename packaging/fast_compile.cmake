@@ -32,10 +32,12 @@ function(haptic_compile_together target)
   get_target_property(sources ${target} SOURCES)
   get_target_property(folder ${target} SOURCE_DIR)
   set(compiled)
+  set(groups)
   foreach(source IN LISTS sources)
     cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${folder} NORMALIZE OUTPUT_VARIABLE path)
     cmake_path(IS_PREFIX CMAKE_BINARY_DIR ${path} alone)  # generated
-    foreach(own IN ITEMS COMPILE_OPTIONS COMPILE_DEFINITIONS HAPTIC_APART)
+    foreach(own IN ITEMS COMPILE_OPTIONS COMPILE_DEFINITIONS COMPILE_FLAGS INCLUDE_DIRECTORIES
+        SKIP_PRECOMPILE_HEADERS HAPTIC_APART)
       get_source_file_property(value ${path} TARGET_DIRECTORY ${target} ${own})
       if(value)
         set(alone ON)

@@ -11,6 +11,7 @@ FNR == 1 {
 }
 /^namespace \{/ { inside = 1 }
 /^\}  \/\/ namespace$/ { inside = 0 }
+inside && /std::function</ { gsub("<[^<>]*[(][^<>]*>", "<>") }
 inside && /^[A-Za-z][^={[]*\(/ && !/operator|^TEST_CASE|^static_assert|^constexpr [^ ]+ k[A-Z]/ {
   name = substr($0, 1, index($0, "(") - 1)
   sub(".*[ &*>]", "", name)

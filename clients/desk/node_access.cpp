@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string first_line_said(const fs::path& path) {
+std::string first_line_of(const fs::path& path) {
   std::ifstream in(path);
   std::string line;
   std::getline(in, line);
@@ -43,7 +43,7 @@ Holder holder_at(const fs::path& process) {
   Holder holder;
   const std::string name = process.filename();
   std::from_chars(name.data(), name.data() + name.size(), holder.pid);
-  holder.name = first_line_said(process / "comm");
+  holder.name = first_line_of(process / "comm");
   return holder;
 }
 
@@ -141,7 +141,7 @@ NodeAccess read_access(const std::string& root, const PluggedNode& node) {
   seen.locked = node.kind == NodeKind::kSerial && is_locked(root, node.path);
   seen.driver =
       node.kind == NodeKind::kHid ? hid_driver(root, node.path) : interface_driver(root, node.port);
-  seen.power = first_line_said(root + "/sys/bus/usb/devices/" + node.port + "/power/control");
+  seen.power = first_line_of(root + "/sys/bus/usb/devices/" + node.port + "/power/control");
   for (const fs::path& process : processes(root)) {
     if (!has_open(process, node.path)) continue;
     Holder holder = holder_at(process);

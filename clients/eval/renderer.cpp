@@ -9,7 +9,6 @@
 #include "clients/lab/scripted_hand.h"
 #include "clients/report/plot_svg.h"
 #include "proto/config/devices.h"
-#include "proto/math/units.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 

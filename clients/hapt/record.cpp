@@ -115,10 +115,10 @@ bool follow_realtime(Recorder& recorder, TraceWriter& trace) {
 
 /// A recording under way. hapticd may be killed and come back: the file goes on with the frames of
 /// the new session.
-class RunningRecord {
+class RunningRecording {
  public:
-  RunningRecord(const RecordOptions& options, FileDescriptor socket, const std::string& session,
-                const std::string& config)
+  RunningRecording(const RecordOptions& options, FileDescriptor socket, const std::string& session,
+                   const std::string& config)
       : options_(options),
         session_(session),
         config_(config),
@@ -224,7 +224,7 @@ void run_record(const RecordOptions& options) {
   const std::string session = peer_of(socket).session;
   if (options.config.empty()) config = config_of(session);
   catch_stop_signals();
-  RunningRecord recording(options, std::move(socket), session, config);
+  RunningRecording recording(options, std::move(socket), session, config);
   std::cerr << "recording to " << shown(options.output) << "; Ctrl-C ends it\n";
   recording.run();
 }

@@ -21,9 +21,9 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kTopPeriod = 50'000'000;     // [ns]
-constexpr int64_t kAttachTime = kNsPerSecond;  // [ns]; segments are attached within milliseconds
-constexpr int64_t kDeadAfter = 250'000'000;    // [ns]; age of a heartbeat that counts as stuck
+constexpr int64_t kTopDrainPeriod = 50'000'000;  // [ns]
+constexpr int64_t kAttachTime = kNsPerSecond;    // [ns]; segments are attached within milliseconds
+constexpr int64_t kDeadAfter = 250'000'000;      // [ns]; age of a heartbeat that counts as stuck
 
 struct TopOptions {
   SessionChoice session;
@@ -173,7 +173,7 @@ void run_top(const TopOptions& options) {
   for (const int64_t start_ns = now_ns();
        go_on() && servo.header() == nullptr && now_ns() - start_ns < kAttachTime;) {
     drain_all();
-    sleep_until(now_ns() + kTopPeriod);
+    sleep_until(now_ns() + kTopDrainPeriod);
   }
   drain_all();
   servo.take(1), contact.take(1), sim.take(1);
@@ -183,7 +183,7 @@ void run_top(const TopOptions& options) {
     const int64_t end_ns = last_ns + static_cast<int64_t>(options.period * kNsPerSecond);
     // often enough that the smallest ring cannot overflow
     while (go_on() && now_ns() < end_ns) {
-      sleep_until(std::min(end_ns, now_ns() + kTopPeriod));
+      sleep_until(std::min(end_ns, now_ns() + kTopDrainPeriod));
       drain_all();
     }
     const int64_t t_ns = now_ns();

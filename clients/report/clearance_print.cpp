@@ -2,7 +2,6 @@
 #include "clients/report/clearance_print.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <limits>
 
 #include "clients/report/formatted.h"
@@ -23,7 +22,7 @@ std::string name_of(const SessionConfig& config, uint32_t object) {
 }
 
 /// Filled up to so many characters of UTF-8, and one space at least.
-std::string column_of(const std::string& text, size_t width) {
+std::string filled_up(const std::string& text, size_t width) {
   const auto n = static_cast<size_t>(std::ranges::count_if(
       text, [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
   return text + std::string(n < width ? width - n : 1, ' ');
@@ -64,8 +63,8 @@ void print_spans(std::ostream& out, const SessionConfig& config, const Clearance
       ++next;
     }
     if (least == std::numeric_limits<double>::infinity()) continue;
-    out << column_of(formatted("  %.2f s to %.2f s", end - length, end), kNameWidth + 2)
-        << column_of(distance_text(least), 12) << name_of(config, object) << '\n';
+    out << filled_up(formatted("  %.2f s to %.2f s", end - length, end), kNameWidth + 2)
+        << filled_up(distance_text(least), 12) << name_of(config, object) << '\n';
   }
 }
 
@@ -81,11 +80,11 @@ void print_clearance(std::ostream& out, const std::string& log, const SessionCon
   } else {
     out << "of its proxy, which may enter objects\n";
   }
-  out << column_of("  object", kNameWidth + 2) << column_of("least", 12) << column_of("at", 12)
+  out << filled_up("  object", kNameWidth + 2) << filled_up("least", 12) << filled_up("at", 12)
       << "there, in W [mm]\n";
   for (const Tightest& one : clearance.tightest) {
-    out << column_of("  " + name_of(config, one.object), kNameWidth + 2)
-        << column_of(distance_text(one.distance), 12) << column_of(formatted("%.3f s", one.t), 12)
+    out << filled_up("  " + name_of(config, one.object), kNameWidth + 2)
+        << filled_up(distance_text(one.distance), 12) << filled_up(formatted("%.3f s", one.t), 12)
         << place(one.object_point_W) << '\n';
   }
   out << "  over the path, the least and to which object\n";

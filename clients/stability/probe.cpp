@@ -17,8 +17,8 @@ constexpr double kAnyTorque = 1e4;  // [N·m]
 constexpr double kAnySlew = 1e9;    // [N/s or N·m/s]
 constexpr double kAnySpeed = 1e6;   // [m/s or rad/s]
 
-constexpr double kBlock = 0.1;        // edge of the block [m]
-constexpr double kProbedFrom = 2e-6;  // of the tool over it at the beginning [m]
+constexpr double kBlock = 0.1;      // edge of the block [m]
+constexpr double kFirstGap = 2e-6;  // of the tool over it at the beginning [m]
 
 // how a cube is pressed while it turns: by an axis that is far from its own limit, 2b/T = 10 kN/m,
 // and does not take part
@@ -92,7 +92,7 @@ SessionConfig ProbeScene::session(const ProbeSetting& setting) const {
     device.hand.inertia = 0;
   }
   // the handle begins at the origin of B: there it does not touch yet
-  config.map.X_WB.p.z = turning_ ? kHalfCube + kProbedFrom : kProbedFrom;
+  config.map.X_WB.p.z = turning_ ? kHalfCube + kFirstGap : kFirstGap;
   device.kind = DeviceKind::kSimulatedHand;
   device.max_force = kAnyForce;
   device.max_torque = turning_ ? kAnyTorque : 0;

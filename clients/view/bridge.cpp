@@ -106,7 +106,7 @@ WebAnswer Bridge::answer(const WebRequest& request) {
   if (target.path == "/metrics") {
     counts_.viewers = viewers_.size();
     counts_.connections = server_.peers();
-    return {200, "text/text_answer; version=0.0.4; charset=utf-8",
+    return {200, "text/plain; version=0.0.4; charset=utf-8",
             shared_text(metrics_text(source_.view(), counts_, is_connected_))};
   }
   if (target.path == "/overview.json" || target.path == "/export.csv") {

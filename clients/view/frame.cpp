@@ -169,7 +169,7 @@ constexpr uint32_t size_of(const FrameField<T> (&fields)[N]) {
 }
 
 template <typename T, size_t N>
-void append_bytes(std::vector<double>& out, const FrameField<T> (&fields)[N], const T& from) {
+void append_fields(std::vector<double>& out, const FrameField<T> (&fields)[N], const T& from) {
   const size_t begin = out.size();
   out.resize(begin + size_of(fields));
   double* at = out.data() + begin;
@@ -223,15 +223,15 @@ std::vector<double> common_frame(const View& view) {
   const uint32_t joints = n_joints(view);
   out.reserve(size_of(kFixed) + objects * size_of(kObject) + listed * size_of(kContact) +
               joints * size_of(kJoint));
-  append_bytes(out, kFixed, view);
-  for (uint32_t i = 0; i < objects; ++i) append_bytes(out, kObject, object_pose(view, i));
+  append_fields(out, kFixed, view);
+  for (uint32_t i = 0; i < objects; ++i) append_fields(out, kObject, object_pose(view, i));
   for (uint32_t i = 0; i < listed; ++i) {
     const Contact& contact = view.contacts.contacts[i];
     const uint32_t object = std::min(contact.object, kMaxObjects - 1);
-    append_bytes(out, kContact,
-                 ListedContact{contact, object_pose(view, object), i < view.contacts.n_active});
+    append_fields(out, kContact,
+                  ListedContact{contact, object_pose(view, object), i < view.contacts.n_active});
   }
-  for (uint32_t i = 0; i < joints; ++i) append_bytes(out, kJoint, view.scene.joints[i]);
+  for (uint32_t i = 0; i < joints; ++i) append_fields(out, kJoint, view.scene.joints[i]);
   return out;
 }
 
@@ -247,7 +247,7 @@ std::string frame_bytes(const std::vector<double>& common, const View& view, con
   numbers[place_of("unseen")] = static_cast<double>(of.unseen);
   numbers[place_of("n_samples")] = static_cast<double>(n_samples);
   for (uint64_t i = of.first_sample; i < of.end_sample; ++i) {
-    append_bytes(numbers, kSample, view.samples.at(i));
+    append_fields(numbers, kSample, view.samples.at(i));
   }
   std::string bytes(numbers.size() * sizeof(double), '\0');
   std::memcpy(bytes.data(), numbers.data(), bytes.size());

@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string rounded_text(const Json& json) {
+std::string message_text(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -31,15 +31,15 @@ std::string hello_message(const std::string& source, const std::string& session,
   hello["columns"] = columns.empty() ? std::vector<std::string>{session} : columns;
   hello["control"] = false;
   if (missed >= 0) hello["missed"] = missed;
-  return rounded_text(hello);
+  return message_text(hello);
 }
 
 std::string gone_message(const std::string& text) {
-  return rounded_text({{"type", "gone"}, {"text", one_line(text)}});
+  return message_text({{"type", "gone"}, {"text", one_line(text)}});
 }
 
 std::string control_message(bool allowed, const std::string& reason) {
-  return rounded_text({{"type", "control"}, {"allowed", allowed}, {"reason", reason}});
+  return message_text({{"type", "control"}, {"allowed", allowed}, {"reason", reason}});
 }
 
 std::string answer_message(const std::string& id, bool ok, const std::string& text) {
@@ -47,7 +47,7 @@ std::string answer_message(const std::string& id, bool ok, const std::string& te
   answer["id"] = Json::parse(id, nullptr, false);
   answer["ok"] = ok;
   answer["text"] = one_line(text);
-  return rounded_text(answer);
+  return message_text(answer);
 }
 
 SessionWords parse_status(std::string_view json) {
@@ -83,7 +83,7 @@ std::string status_message(const View& view, const SessionWords& words, size_t v
   for (const std::string& reason : words.closed_by) {
     status["faults"].push_back(fault_json(reason));
   }
-  return rounded_text(status);
+  return message_text(status);
 }
 
 }  // namespace haptic

@@ -10,8 +10,8 @@ namespace haptic {
 namespace {
 
 constexpr int kMostHalfSpaces = 64;  // half-spaces added
-constexpr double kSingularNormals =
-    1e-10;                              // squared sine (two) or squared volume (three) of normals
+// squared sine (two) or squared volume (three) of normals
+constexpr double kSingularNormals = 1e-10;
 constexpr double kFeasibility = 1e-13;  // relative to the size of the coordinates
 
 using Subset = std::array<int, 3>;

@@ -8,8 +8,7 @@
 namespace haptic {
 
 // what held and has no impulse goes on holding: a step may come before the hand's next frame
-// [steps]
-inline constexpr int kHeldSteps = 5;
+inline constexpr int kHeldSteps = 5;     // [steps]
 inline constexpr double kSticks = 0.95;  // of the greatest friction: less does not slide
 
 inline Pose pose_of(const btRigidBody& body) {

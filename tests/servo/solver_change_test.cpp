@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "proto/math/units.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/servo_tick.h"
 

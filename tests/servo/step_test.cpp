@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Tests for servo/step.cpp and servo/solve/point/point_proxy.cpp on hand-made contacts.
 #include "servo/step.h"
+#include "proto/math/units.h"
 
 #include <limits>
 #include <memory>

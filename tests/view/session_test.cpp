@@ -147,6 +147,7 @@ TEST_CASE("hapt view: who may watch, who may command, what is refused") {
   CHECK(get(port, "/scene.json").body.find("The smallest scene") == std::string::npos);
   CHECK(get(port, "/scene.json").head.find("X-Content-Type-Options: nosniff") != std::string::npos);
   CHECK(get(port, "/metrics").body.find("haptic_servo_ticks_total") != std::string::npos);
+  CHECK(get(port, "/metrics").head.find("text/plain; version=0.0.4;") != std::string::npos);
   CHECK(get(port, "/scene.json", "evil.example").status == 403);
   CHECK(get(port, "/scene.json", "127.0.0.1:1").status == 403);
   for (const char* path : {"/../etc/passwd", "/%2e%2e/etc/passwd", "/a\\b", "/..%2f"}) {

@@ -19,12 +19,12 @@ constexpr double kObjectRadius = 50 * kMm, kToolRadius = 8 * kMm;
 constexpr double kDepth = 0.5 * kMm;
 constexpr double kSpeed = 0.1, kEdgeSpeed = 0.5;  // of the hand [m/s]
 constexpr double kPressTime = 0.2;                // in which it reaches the depth [s]
-constexpr double kSlowRough = 50;                 // [Hz]
+constexpr double kRoughAbove = 50;                // [Hz]
 constexpr double kMostRough = 0.02;               // [N]; root mean square
 constexpr double kBlockHalf = 20 * kMm, kBlockHeight = 20 * kMm;
-constexpr double kPast = 1 * kMm;     // two ticks of the hand: an answer is seen one tick late, and
-                                      // a plane is eased by where the proxy was a tick ago
-constexpr double kSlowMaxTorque = 1;  // of the device, which holds the torque that it is told [N·m]
+constexpr double kPast = 1 * kMm;   // two ticks of the hand: an answer is seen one tick late, and
+                                    // a plane is eased by where the proxy was a tick ago
+constexpr double kTorqueLimit = 1;  // of the device, which holds the torque that it is told [N·m]
 
 /// The proxy may move half the band of the field while it waits for contact (max_travel): enough to
 /// follow a hand of this speed with contacts at 50 Hz, which are 21 ticks old at most.
@@ -106,7 +106,7 @@ SlowRun run_slowly(const SlowScene& scene, const SlowRenderer& renderer, uint32_
   // the phase of contact against the hand
   const double ahead = kTick * late;
   ScriptedHand hand([&](double t) { return scene.hand.path(std::max(t - ahead, 0.0)); },
-                    kSlowMaxTorque);
+                    kTorqueLimit);
   Lockstep session(config, scene.scene.shapes, hand, {period, 1});
   SlowRun run;
   for (uint64_t k = 0; k < scene.ticks + late && session.step(); ++k) {
@@ -132,7 +132,7 @@ Slowness compare_runs(const SlowScene& scene, const SlowRun& fresh, const SlowRu
   const auto n = static_cast<double>(judged.size());
   found.error = std::sqrt(found.error / n);
   found.mean /= n;
-  found.rough = rms_above(judged, 1 / kTick, kSlowRough);
+  found.rough = rms_above(judged, 1 / kTick, kRoughAbove);
   return found;
 }
 

@@ -2,7 +2,6 @@
 #include "contact/query/proximity/leaf_bounds.h"
 
 #include <algorithm>
-#include <limits>
 #include <span>
 
 #include "contact/query/point/patch_lanes.h"

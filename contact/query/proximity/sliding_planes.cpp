@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 
 #include "contact/query/point/patch_lanes.h"
@@ -13,8 +12,8 @@
 namespace haptic {
 namespace {
 
-constexpr double kPlaceRounding = 1e-14;      // relative error of places in double
-constexpr double kDisplacementFloats = 1e-6;  // relative error of a displacement in float
+constexpr double kPlaceRounding = 1e-14;  // relative error of places in double
+constexpr double kFloatRounding = 1e-6;   // relative error of a displacement in float
 constexpr double kNormal = 1e-6;  // relative error of a gap: normals are shorter than 1 by as much
 // ‖R' − R‖ is 1/√2 of its Frobenius norm, since both are rotations
 constexpr double kSpectral = 0.70710679;
@@ -58,7 +57,7 @@ PoseChange::PoseChange(const Pose& from_AB, const Pose& to_AB, double reach)
       norm_squared(turn.row[0]) + norm_squared(turn.row[1]) + norm_squared(turn.row[2]);
   angle = kSpectral * std::sqrt(squares) + kPlaceRounding;
   rounding = kPlaceRounding * (norm(from_AB.p) + norm(to_AB.p) + reach) +
-             kDisplacementFloats * (norm(way) + angle * reach);
+             kFloatRounding * (norm(way) + angle * reach);
 }
 
 double PoseChange::most(const Vec3& centre_B, double radius) const {
@@ -95,8 +94,8 @@ void SlidingPlanes::put(uint32_t owner, const SlidingPlane& plane) {
     block.normal_A[axis][lane] = n[axis];
     block.centre_B[axis][lane] = c[axis];
   }
-  block.radius[lane] = static_cast<float>((1 + kDisplacementFloats) * plane.radius +
-                                          kDisplacementFloats * norm(plane.centre_B));
+  block.radius[lane] = static_cast<float>((1 + kFloatRounding) * plane.radius +
+                                          kFloatRounding * norm(plane.centre_B));
   block.owner[lane] = owner;
   set_gap(owner, plane.gap);
 }

@@ -67,7 +67,7 @@ Parting part(const Slice& s, bool is_triangle) {
   return across > gap ? Parting{normal, across, distance} : Parting{n, gap, distance};
 }
 
-double size_of_motion(const SliceErrors& off) {
+double size_of_errors(const SliceErrors& off) {
   const Vec3 sum = off.base + off.e + off.f;
   return sum.x + sum.y + sum.z;
 }
@@ -94,7 +94,7 @@ Advance advance(const FeaturePath& path, double tolerance) {
   HAPTIC_ASSERT(!(tolerance < 0) && path.begin() <= path.end());
   double t = path.begin(), horizon = path.end() - t, near = tolerance;
   Slice here = path.first();
-  const double rounding = 4 * size_of_motion(path.errors());
+  const double rounding = 4 * size_of_errors(path.errors());
   for (int step = 0; step < kMostSteps; ++step) {
     const Parting parting = part(here, path.is_triangle());
     if (step == 0) near = std::min(near, 0.5 * parting.distance);

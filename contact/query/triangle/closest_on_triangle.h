@@ -5,8 +5,8 @@
 
 namespace haptic {
 
-inline constexpr double kOnSurface =
-    1e-12;  // [m]; below, the direction to the point is rounding noise
+// nearer than this, the direction to the point is rounding noise [m]
+inline constexpr double kOnSurface = 1e-12;
 
 enum class FeatureKind : uint32_t { kFace = 0, kEdge = 1, kVertex = 2 };
 

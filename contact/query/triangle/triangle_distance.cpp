@@ -15,12 +15,12 @@ namespace {
 using namespace triangle_lanes;
 using Double4 [[gnu::vector_size(32)]] = double;
 
-HAPTIC_INLINE Vec<double> vec_of_lane(const Vec3& v) {
+HAPTIC_INLINE Vec<double> lanes_of(const Vec3& v) {
   return {v.x, v.y, v.z};
 }
 
 Prepared<double> prepared(const Corners& c) {
-  return prepared(vec_of_lane(c[0]), vec_of_lane(c[1]), vec_of_lane(c[2]));
+  return prepared(lanes_of(c[0]), lanes_of(c[1]), lanes_of(c[2]));
 }
 
 TrianglePart part_of_side(int side, double along) {

@@ -8,7 +8,6 @@
 
 #include "contact/shape/mesh/vessel.h"
 #include "proto/math/assert.h"
-#include "proto/math/units.h"
 
 namespace haptic {
 namespace {

@@ -4,6 +4,7 @@
 #include "clients/lab/lockstep.h"
 #include "contact/bake/inside.h"
 #include "proto/config/devices.h"
+#include "proto/math/units.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/scene_pose.h"
 #include "tests/clients/eval/scripted_run.h"

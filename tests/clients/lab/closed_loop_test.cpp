@@ -25,7 +25,7 @@ using namespace test;
 /// Of nobody's hand: along x it is shaken where it is, and turned at other frequencies; while the
 /// others stand still it is pressed.
 Wrench shake(double t) {
-  if (t > kStandsAt && t < kStandsAt + kHeld) return {{-0.2, 0, 0}, {0, 0, 1e-3}};
+  if (t > kStandsFrom && t < kStandsFrom + kHeld) return {{-0.2, 0, 0}, {0, 0, 1e-3}};
   const double w = 2 * std::numbers::pi * t;
   return {{-0.2 * std::sin(1.1 * w), 0, 0},
           0.01 * Vec3{std::sin(1.3 * w), std::cos(0.8 * w), std::sin(w)}};

@@ -12,15 +12,15 @@
 namespace haptic::test {
 
 // one stroke: reach and slide, then the intention stands still, then it lifts
-inline constexpr double kStroke = 1, kStandsAt = 0.75 * kStroke, kHeld = 1;  // [s]
+inline constexpr double kStroke = 1, kStandsFrom = 0.75 * kStroke, kHeld = 1;  // [s]
 inline constexpr size_t kTicks = 2100, kSecond = 1000;
 
 /// The seeded motion, which pauses in the middle of its first stroke, pressed in and turned.
 inline Intention pausing(const SimulatedHandConfig& config) {
   return [own = seeded_intention(config)](double t) {
-    if (t >= kStandsAt + kHeld) return own(t - kHeld);
-    if (t < kStandsAt) return own(t);
-    Intent still = own(kStandsAt);
+    if (t >= kStandsFrom + kHeld) return own(t - kHeld);
+    if (t < kStandsFrom) return own(t);
+    Intent still = own(kStandsFrom);
     still.v_B = still.w_B = {};
     return still;
   };
@@ -80,7 +80,7 @@ inline void put_under(SimulatedHandConfig& handle, const HandImpedance& hand) {
 
 /// Largest kinetic energy in that eighth of the second in which the intention stands still [J].
 inline double largest_kinetic(const Run& run, size_t eighth) {
-  const auto from = run.kinetic.begin() + static_cast<ptrdiff_t>(kStandsAt * kSecond) +
+  const auto from = run.kinetic.begin() + static_cast<ptrdiff_t>(kStandsFrom * kSecond) +
                     static_cast<ptrdiff_t>(125 * eighth);
   return *std::max_element(from, from + 125);
 }

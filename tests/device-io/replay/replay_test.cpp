@@ -148,7 +148,7 @@ TEST_CASE("replay: the twist is the finite difference of the poses it shows", "[
   }
 }
 
-TEST_CASE("replay: position_on_way and velocity do not jump at a sample", "[device-io]") {
+TEST_CASE("replay: position and velocity do not jump at a sample", "[device-io]") {
   const auto samples = recording(13 * kMs, 80);
   const HandCurve curve(samples, Resampling::kCubic, kGap);
   for (size_t i = 1; i + 1 < samples.size(); ++i) {

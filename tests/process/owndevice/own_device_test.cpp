@@ -62,7 +62,7 @@ struct OwnProgram {
   }
 };
 
-std::string own_session(const std::string& folder) {
+std::string write_own_session(const std::string& folder) {
   std::string path = folder + "/own.toml";
   std::ofstream(path) << R"([session]
 name = "own"
@@ -165,7 +165,7 @@ TEST_CASE("own device: the hand presses, and hapticd's zero reaches it when the 
   const TemporaryFolder folder;
   setenv("HAPTICD_RUNTIME_DIR", folder.path().c_str(), 1);
   OwnProgram own(folder.path());
-  HapticdProcess hapticd({own_session(folder.path())}, folder.path());
+  HapticdProcess hapticd({write_own_session(folder.path())}, folder.path());
   Watcher watcher("own");
   INFO(hapticd.log());
   REQUIRE(eventually([&] { return presses_since(own.felt(), 0); }));

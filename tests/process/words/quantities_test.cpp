@@ -77,7 +77,7 @@ exec hapticd --check-config doors.toml
 }
 
 /// With a separate cache.
-Ran with_cache(const std::string& line, const std::string& folder) {
+Ran run_with_cache(const std::string& line, const std::string& folder) {
   return test::shell("export HAPTICD_CACHE=cache; " + line, folder);
 }
 
@@ -101,7 +101,7 @@ TEST_CASE("quantities: the same wrong text is refused at every door, with what i
   for (const Door& door : kDoors) {
     for (const Wrong& wrong : kWrong) {
       const std::string text = with_unit(wrong.text, door.unit);
-      const Ran ran = with_cache(door.line + " " + word(text), folder.path());
+      const Ran ran = run_with_cache(door.line + " " + word(text), folder.path());
       CAPTURE(door.line, text, ran.output);
       // TOML refuses control characters itself
       const bool is_toml = door.unit == "N/m" && has(ran.output, "not TOML");
@@ -110,7 +110,8 @@ TEST_CASE("quantities: the same wrong text is refused at every door, with what i
     }
     if (has(door.line, "--unit")) continue;
     for (const std::string& text : kNoNumber) {
-      const Ran ran = with_cache(door.line + " " + word(with_unit(text, door.unit)), folder.path());
+      const Ran ran =
+          run_with_cache(door.line + " " + word(with_unit(text, door.unit)), folder.path());
       CAPTURE(door.line, text, ran.output);
       check_refusal(ran, "");
     }
@@ -126,12 +127,12 @@ TEST_CASE("quantities: with its unit a value is the same at every door, bare whe
     const std::string value = door.unit == "m" || door.unit == "mm" ? "2 " : "80 ";
     for (const std::string& text :
          {value + door.unit, value.substr(0, value.size() - 1) + door.unit}) {
-      const Ran ran = with_cache(door.line + " " + word(text), folder.path());
+      const Ran ran = run_with_cache(door.line + " " + word(text), folder.path());
       CAPTURE(text, ran.output);
       // missing sessions and files are detected after the arguments are parsed
       CHECK((ran.code != 2 || has(ran.output, "no such session file")));
     }
-    const Ran bare = with_cache(door.line + " 0.05", folder.path());
+    const Ran bare = run_with_cache(door.line + " 0.05", folder.path());
     CAPTURE(bare.output);
     if (door.takes_bare && door.unit != "N/m") {
       CHECK((bare.code != 2 || has(bare.output, "no such session file")));
@@ -143,12 +144,12 @@ TEST_CASE("quantities: with its unit a value is the same at every door, bare whe
        {"--unit '1 mm'", "--unit mm", "--unit 1e-3", "--size '80 mm'", "--size 0.08"}) {
     const std::string side = has(words, "unit") ? "0.08" : "80";
     CAPTURE(words);
-    CHECK(has(with_cache("hapt bake t.off " + words, folder.path()).output,
+    CHECK(has(run_with_cache("hapt bake t.off " + words, folder.path()).output,
               ", " + side + " x " + side + " x " + side + " mm, "));
   }
-  check_refusal(with_cache("hapt bake t.off --unit any", folder.path()),
+  check_refusal(run_with_cache("hapt bake t.off --unit any", folder.path()),
                 "--size, which is missing");
-  check_refusal(with_cache("hapt bake t.off --unit furlong", folder.path()),
+  check_refusal(run_with_cache("hapt bake t.off --unit furlong", folder.path()),
                 "known here: m, mm, cm, in, any, or a length as");
 }
 

@@ -3,6 +3,7 @@
 // contacts.
 #include <limits>
 
+#include "proto/math/units.h"
 #include "proto/wire/renderer.h"
 #include "servo/safety/force_continuity.h"
 #include "tests/support/near.h"

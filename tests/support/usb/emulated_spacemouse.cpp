@@ -9,6 +9,7 @@
 namespace haptic::test {
 namespace {
 
+constexpr size_t kRememberedReports = 20;  // that a liar gives again
 constexpr int64_t kReportNs = 8'000'000;
 constexpr int kLastZeros = 3;  // of each kind, before it is silent
 
@@ -102,7 +103,7 @@ void EmulatedSpaceMouse::say(UsbBytes report) {
   ++reports_;
   if (lie_ == Lie::kFrozen && !said_.empty()) report = said_.front();
   said_.push_back(report);
-  if (said_.size() > kRemembered) said_.pop_front();
+  if (said_.size() > kRememberedReports) said_.pop_front();
   if (lie_ == Lie::kLoses && random_() % 10 == 0) return;
   if (lie_ == Lie::kDelayed) report = said_.front();
   if (lie_ != Lie::kHalves) return to_host_.push_back(report);
