@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <sys/mman.h>
+
 #include <catch2/catch.hpp>
+#include <cstdio>
+#include <fstream>
 #include <functional>
+#include <string>
 #include <thread>
 
 #include "proto/os/realtime.h"
@@ -16,9 +21,25 @@ void use(T&& value) {
   asm volatile("" : : "g"(&value) : "memory");
 }
 
+/// Maps the code of the program and its libraries. The kernel maps neighbours of a touched page,
+/// but not while they are written to the disk, as they are behind a linker: their first call would
+/// be a fault.
+inline void touch_code() {
+  std::ifstream maps("/proc/self/maps");
+  for (std::string line; std::getline(maps, line);) {
+    unsigned long from = 0, to = 0;
+    char access[5] = "";
+    if (std::sscanf(line.c_str(), "%lx-%lx %4s", &from, &to, access) != 3) continue;
+    if (access[0] != 'r' || access[2] != 'x') continue;
+    madvise(reinterpret_cast<void*>(from), to - from,
+            MADV_POPULATE_READ);  // older kernels: nothing
+  }
+}
+
 /// Runs `body` guarded in its own thread and returns the violations.
 inline GuardReport guarded(const std::function<void()>& body) {
   GuardReport report;
+  touch_code();
   std::thread([&] {
     // like the servo at its start: an untouched stack would fault in the signal handler
     enter_realtime({.fifo_priority = 0, .lock_memory = false});
