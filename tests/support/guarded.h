@@ -21,9 +21,8 @@ void use(T&& value) {
   asm volatile("" : : "g"(&value) : "memory");
 }
 
-/// Maps the code of the program and its libraries. The kernel maps neighbours of a touched page,
-/// but not while they are written to the disk, as they are behind a linker: their first call would
-/// be a fault.
+/// Maps the code of the program and its libraries, so that a first call is no page fault. The
+/// kernel maps the neighbours of a touched page, but not those that are locked at that moment.
 inline void touch_code() {
   std::ifstream maps("/proc/self/maps");
   for (std::string line; std::getline(maps, line);) {

@@ -130,8 +130,8 @@ std::vector<double> falcon_rods(const JointAngles& q, const Vec3& p_B) {
   return rods;
 }
 
-/// Of three bodies, as a config or the WoodenHaptics has them. A turn of a motor is so many counts,
-/// whatever body it drives: its work is independent of capstans and signs.
+/// The row of an arm of three bodies with the geometry g. A turn of a motor has the same number of
+/// counts whichever body it drives, so its work is independent of capstans and signs.
 ArmRow serial_arm(const char* name, const WoodenHapticsGeometry& g) {
   ArmRow row;
   row.name = name;
@@ -326,7 +326,8 @@ struct Draw {
   }
 };
 
-/// What a joint turns by in a count, or the unit of its row.
+/// The angle by which one count of its motor turns a joint [rad]; the unit of its row where the row
+/// has no angles.
 double unit_of(const ArmRow& row, size_t joint) {
   if (!row.angles) return row.unit;
   MotorCounts one{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What only the Falcon does: its homing, its challenges, the lateness of its chip. What it shares
-// with other drivers is in tests/device-io/driver.
+// The Falcon's driver: its homing, its challenges, the lateness of its chip. tests/device-io/driver
+// tests what all drivers share.
 #include "device-io/falcon/falcon.h"
 
 #include <catch2/catch.hpp>

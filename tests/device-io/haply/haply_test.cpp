@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What only a Haply board does; what it shares with other drivers is in tests/device-io/driver.
+// The driver of a Haply board: its packets and its states. tests/device-io/driver tests what all
+// drivers share.
 #include "device-io/haply/haply.h"
 
 #include <catch2/catch.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What only a WoodenHaptics over HID does; what it shares with other drivers is in
-// tests/device-io/driver.
+// The driver of a WoodenHaptics over HID: its packets and its states. tests/device-io/driver tests
+// what all drivers share.
 #include "device-io/hidarm/hid_arm.h"
 
 #include <catch2/catch.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What only a device behind its vendor's SDK does; what it shares with other drivers is in
-// tests/device-io/driver.
+// The driver of a device behind its vendor's SDK. tests/device-io/driver tests what all drivers
+// share.
 #include "device-io/owndevice/own_device.h"
 
 #include <catch2/catch.hpp>

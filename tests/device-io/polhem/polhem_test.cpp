@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What only a Polhem does, its kinematics; what it shares with other drivers is in
-// tests/device-io/driver.
+// The kinematics of a Polhem. tests/device-io/driver tests what all drivers share.
 #include "device-io/polhem/kinematics.h"
 
 #include <catch2/catch.hpp>

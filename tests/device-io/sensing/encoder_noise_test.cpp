@@ -99,7 +99,8 @@ namespace {
 
 constexpr double kTurnCounts = 5215;  // of a motor of the wrist, per radian
 
-/// The same for an angle that the last motor of a wrist turns, sampled at any instant.
+/// As above, but the path is an angle that the last motor of a wrist turns, and the samples are
+/// taken at random instants.
 int turn_noisy_after(const EncoderNoise& noise, const Path& angle, std::minstd_rand& random) {
   const auto any = [&] { return std::uniform_real_distribution<double>(0, 0.999)(random); };
   return noisy_after(angle, 10'000, any, noise, [](double at) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What only a device of six motors does; what it shares with other drivers is in
-// tests/device-io/driver.
+// The driver of a device of six motors: its wrist and its torque. tests/device-io/driver tests what
+// all drivers share.
 #include "device-io/sixmotors/six_motors.h"
 
 #include <algorithm>
