@@ -298,7 +298,11 @@ ServoFrame admittance_step(const ServoModel& model, ServoState& state, const Ser
     frame.V_WT = {};
     frame.held_back_W = {};
   }
-  note_frame(state, input, rendered, !closed, usable, frame);
+  // what the scene holds back is what the hand pushes it with
+  const FeltShare felt = closed ? FeltShare{} : FeltShare{1, 1};
+  note_pushes(state.pushes, input.scene, scene, rendered,
+              {felt, felt_at(model, input.contacts, rendered), model.dt});
+  note_frame(state, input, rendered, usable, frame);
   const double rim = rim_of(input.contacts);
   note_asked(own.seen, input.tick,
              std::max(largest_travel(frame.V_WT, rim), largest_travel(frame.V_WP, rim)));

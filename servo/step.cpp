@@ -83,9 +83,9 @@ ServoFrame impedance_step(const ServoModel& model, ServoState& state, const Serv
   safety.surface_turning_B = surface_B.w;
   const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
   hold_wrench(state, rendered, safe, frame);
-  // a closed force pushes nothing
-  const bool is_felt = !safety.force_closed && (safe.flags & kServoFault) == 0;
-  note_frame(state, input, rendered, is_felt, usable, frame);
+  note_pushes(state.pushes, input.scene, scene, rendered,
+              {safe.felt, felt_at(model, input.contacts, rendered), model.dt});
+  note_frame(state, input, rendered, usable, frame);
   return frame;
 }
 

@@ -49,15 +49,13 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
   if (input.contacts == nullptr || !is_renderer(input.contacts->renderer)) {
     Rendered none;
     none.X_WP = frame.X_WT;
-    none.object_impulse_W = state.pushes.impulse_W;
     return none;
   }
   Render& solver = render_of(static_cast<Renderer>(input.contacts->renderer));
   if (state.solver != &solver) state.render.forget();
   state.solver = &solver;
-  RenderQuestion question{*input.contacts, scene,      state.pushes.impulse_W,
-                          coupling,        frame.X_WT, frame.V_WT,
-                          std::nullopt,    input.t_ns, state.soft_solver};
+  RenderQuestion question{*input.contacts, scene,        coupling,   frame.X_WT,
+                          frame.V_WT,      std::nullopt, input.t_ns, state.soft_solver};
   if (state.started) question.X_WT_before = state.X_WT;
   const Hold hold = hold_of(model, state.grasp, question, held_body(model, state, input));
   draw_tool(hold, state.grasp, question, scene);
@@ -130,15 +128,25 @@ void continue_pushes(PushCounters& pushes, int64_t t_ns) {
   pushes.t_ns = t_ns;
 }
 
-void note_pushes(PushCounters& pushes, const SceneFrame* scene,
-                 const std::array<Wrench, kMaxObjects>& impulse_W) {
+Vec3 felt_at(const ServoModel& model, const ContactSet* contacts, const Rendered& rendered) {
+  const bool is_body = contacts != nullptr && is_renderer(contacts->renderer) &&
+                       is_of_body(static_cast<Renderer>(contacts->renderer));
+  return is_body ? (rendered.X_WP * inverse(model.map.X_HT)).p : rendered.X_WP.p;
+}
+
+void note_pushes(PushCounters& pushes, const SceneFrame* scene, const TickScene& placed,
+                 const Rendered& rendered, const FeltPush& felt) {
   const bool are_taken =
       scene == nullptr || takes_pushes(*scene, kFirstHand, pushes.since_ns, pushes.t_ns);
   for (uint32_t i = 0; i < kMaxObjects; ++i) {
+    if (rendered.push_W[i] == Wrench{}) continue;
+    const Wrench push_W = shift(rendered.push_W[i], rendered.X_WP.p - felt.at_W);
+    const Wrench given_W{-felt.dt * felt.share.force * push_W.f,
+                         -felt.dt * felt.share.torque * push_W.t};
     if (are_taken || !is_mobile(*scene, i)) {
-      pushes.impulse_W[i] = impulse_W[i];
+      pushes.impulse_W[i] = pushes.impulse_W[i] + shift(given_W, felt.at_W - placed.X_WO[i].p);
     } else {
-      pushes.forgotten_W += impulse_W[i].f - pushes.impulse_W[i].f;
+      pushes.forgotten_W += given_W.f;
     }
   }
 }
@@ -233,9 +241,8 @@ void note_safety(ServoState& state, const Rendered& rendered, const SafetyOutput
   }
 }
 
-void note_frame(ServoState& state, const ServoInput& input, const Rendered& rendered, bool is_felt,
-                bool usable, ServoFrame& frame) {
-  if (is_felt) note_pushes(state.pushes, input.scene, rendered.object_impulse_W);
+void note_frame(ServoState& state, const ServoInput& input, const Rendered& rendered, bool usable,
+                ServoFrame& frame) {
   frame.object_impulse_W = state.pushes.impulse_W;
   frame.object_impulse_time_W = state.pushes.impulse_time_W;
   frame.forgotten_impulse_W = state.pushes.forgotten_W;

@@ -27,10 +27,22 @@ ContactWeight weigh(ServoState& state, const ServoInput& input, double dt, Servo
 /// Brings the integral of the impulses up to this tick.
 void continue_pushes(PushCounters& pushes, int64_t t_ns);
 
-/// Counts what the objects are pushed with in this tick. What no sim moves a body by is forgotten:
-/// it is not given to the body later.
-void note_pushes(PushCounters& pushes, const SceneFrame* scene,
-                 const std::array<Wrench, kMaxObjects>& impulse_W);
+/// The point about which the hand feels the torque of a tool: its handle; of a point, which has
+/// none, the proxy.
+Vec3 felt_at(const ServoModel& model, const ContactSet* contacts, const Rendered& rendered);
+
+/// How much of a tick's wrench the hand feels.
+struct FeltPush {
+  FeltShare share;
+  Vec3 at_W;      // felt_at()
+  double dt = 0;  // [s]
+};
+
+/// Counts what the objects, where they are placed, are pushed with in this tick: the opposite of
+/// what they push the proxy with, as far as the hand feels it. What no sim moves a body by is
+/// forgotten: it is not given to the body later.
+void note_pushes(PushCounters& pushes, const SceneFrame* scene, const TickScene& placed,
+                 const Rendered& rendered, const FeltPush& felt);
 
 /// Where the objects are this tick: the newest scene carried on by twist and pushes, else where
 /// contact saw them.
@@ -55,9 +67,9 @@ SafetyInput note_inputs(const ServoModel& model, ServoState& state, const ServoI
 void note_safety(ServoState& state, const Rendered& rendered, const SafetyOutput& safe,
                  ServoFrame& frame);
 
-/// The proxy's velocity since the last tick and what the objects were pushed with, if it was felt;
+/// The proxy's velocity since the last tick and the counters of what the objects were pushed with;
 /// and what the next tick needs of this.
-void note_frame(ServoState& state, const ServoInput& input, const Rendered& rendered, bool is_felt,
-                bool usable, ServoFrame& frame);
+void note_frame(ServoState& state, const ServoInput& input, const Rendered& rendered, bool usable,
+                ServoFrame& frame);
 
 }  // namespace haptic

@@ -90,7 +90,7 @@ void restart(const BodiesModel& model, BodiesState& state, const HandFrames& han
 
 /// Gives the bodies what the hands have pushed; returns what their places lack of it.
 NewPushes give_pushes(const BodiesModel& model, BodiesState& state, const HandFrames& hands,
-                      int64_t t_ns) {
+                      int64_t t_ns, double dt) {
   NewPushes all{};
   for (uint32_t hand = 0; hand < kMostHands; ++hand) {
     if (hands[hand] == nullptr) continue;
@@ -102,7 +102,7 @@ NewPushes give_pushes(const BodiesModel& model, BodiesState& state, const HandFr
   }
   for (const uint32_t i : model.with_mass) {
     if (all[i].impulse_W == Wrench{}) continue;
-    state.world->push(i, all[i].impulse_W);
+    state.world->push(i, all[i].impulse_W, 1 / dt * all[i].late_W);
     state.touched_ns[i] = t_ns;
   }
   return all;
@@ -166,16 +166,17 @@ void note_responses(const BodiesModel& model, BodiesState& state, const NewPushe
     response.mobility = mobility_at(held, arm_W).a;
     response.acceleration_W = acceleration_of(model, motion, inertias[i].mass, alone, arm_W);
     // Bullet moves by the velocity at the end of a step: by an impulse as if it had come at once,
-    // and a falling body by half a step of acceleration too far. One that rests is left alone, or
-    // it would creep
+    // and a falling body by half a step of acceleration too far. What something holds is left where
+    // it is, or it would creep: its velocity is that of half a step ago
     const Twist late = moved_by(response.mobility, pushes[i].late_W);
-    const double half = is_free ? -0.5 * step * dt : 0;
     const Twist& a = response.acceleration_W;
+    const double half = is_free ? -0.5 * step * dt : 0;
     const Twist displacement{late.v + half * a.v, late.w + half * a.w};
     if (displacement != Twist{}) world.shift(i, displacement);
     const MovingBody now = world.motion(i);
     frame.X_WO[i] = now.X_WO;
     frame.V_WO[i] = now.V_WO;
+    if (!is_free && !now.moves_by_mean) frame.V_WO[i] = now.V_WO + 0.5 * step * a;
   }
 }
 
@@ -226,7 +227,7 @@ void step_bodies(const BodiesModel& model, BodiesState& state, const HandFrames&
     restart(model, state, hands, frame);
     if (is_new) note_responses(model, state, {}, 0, 0, frame);
   } else if (dt > 0) {
-    const NewPushes pushes = give_pushes(model, state, hands, frame.t_ns);
+    const NewPushes pushes = give_pushes(model, state, hands, frame.t_ns, dt);
     const double step = step_world(model, *state.world, dt, frame);
     note_responses(model, state, pushes, dt, step, frame);
   } else {

@@ -33,16 +33,6 @@ double hand_travel(const RigidBody& tool, const RenderQuestion& question) {
   return largest_travel(way_between(before, now), tool.radius);
 }
 
-/// Pushes the opposite of what they push the proxy with into the objects, about their origins.
-void add_impulses(const BodySolution& solution, const TickScene& scene, double dt,
-                  std::array<Wrench, kMaxObjects>& impulse_W) {
-  for (size_t i = 0; i < kMaxObjects; ++i) {
-    if (solution.push_W[i] == Wrench{}) continue;
-    const Vec3 arm_W = solution.proxy.X_WT.p - scene.X_WO[i].p;
-    impulse_W[i] = impulse_W[i] + -dt * shift(solution.push_W[i], arm_W);
-  }
-}
-
 /// The object that pushes the proxy hardest; kNoObject if none does.
 uint32_t carrier_of(const BodySolution& solution) {
   double hardest = 0;
@@ -87,8 +77,7 @@ RigidBody tool_in_force(const ServoModel& model, const ContactSet& contacts) {
   return contacts.tool.mass > 0 ? rigid_body_of(contacts.tool) : model.body.tool;
 }
 
-Rendered rendered_body(const ServoModel& model, const RenderQuestion& question,
-                       const BodySolution& solution) {
+Rendered rendered_body(const RenderQuestion& question, const BodySolution& solution) {
   Rendered out;
   out.X_WP = solution.proxy.X_WT;
   out.V_WP = solution.proxy.V_WT;
@@ -102,8 +91,7 @@ Rendered rendered_body(const ServoModel& model, const RenderQuestion& question,
   out.n_pushing = solution.n_pushing;
   out.finite = solution.finite;
   out.converged = solution.converged;
-  out.object_impulse_W = question.object_impulse_W;
-  add_impulses(solution, question.scene, model.dt, out.object_impulse_W);
+  std::copy(solution.push_W.begin(), solution.push_W.end(), out.push_W.begin());
   return out;
 }
 
@@ -128,7 +116,7 @@ Rendered render_soft_proxy(const ServoModel& model, const RenderQuestion& questi
   } else {
     limit_step(model, question, state.continuity, solution);
   }
-  return rendered_body(model, question, solution);
+  return rendered_body(question, solution);
 }
 
 }  // namespace haptic

@@ -18,7 +18,6 @@ void limit_step(const ServoModel& model, const RenderQuestion& question, ForceCo
 
 /// What a solver of a body came to, and the opposite of what the objects pushed it with, which they
 /// are pushed with, about their origins.
-Rendered rendered_body(const ServoModel& model, const RenderQuestion& question,
-                       const BodySolution& solution);
+Rendered rendered_body(const RenderQuestion& question, const BodySolution& solution);
 
 }  // namespace haptic

@@ -119,9 +119,8 @@ void add_hold(const ServoModel& model, const Hold& hold, const RenderQuestion& q
   rendered.n_pushing += hold.n_rows;
   rendered.surface_W = hold.V_WP.v;
   rendered.surface_turning_W = is_body(question) ? hold.V_WP.w : Vec3{};
-  const Vec3 arm_W = hold.X_WP.p - question.scene.X_WO[hold.object].p;
-  Wrench& impulse_W = rendered.object_impulse_W[hold.object];
-  impulse_W = impulse_W + -model.dt * shift(F_W, arm_W);
+  Wrench& push_W = rendered.push_W[hold.object];
+  push_W = push_W + shift(F_W, hold.X_WP.p - rendered.X_WP.p);
 }
 
 }  // namespace haptic

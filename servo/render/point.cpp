@@ -8,23 +8,20 @@
 namespace haptic {
 namespace {
 
-/// Pushes the opposite of the tool's force into the objects that carry it.
-void add_point_impulses(const PointProxySolution& solution, const Vec3& force_W,
-                        const std::array<Pose, kMaxObjects>& X_WO, double dt,
-                        std::array<Wrench, kMaxObjects>& impulse_W) {
+/// The parts of the tool's force by the objects that carry it.
+std::array<Wrench, kMaxObjects> parts_of(const PointProxySolution& solution, const Vec3& force_W) {
+  std::array<Wrench, kMaxObjects> parts_W{};
   Vec3 sum_W{};
   for (const ProxyPush& push : solution.active()) sum_W += push.push_W;
   const double length2 = norm_squared(sum_W);
-  if (length2 == 0) return;
+  if (length2 == 0) return parts_W;
   // the coupling force is parallel to the sum of the pushes: each plane carries its part
   const double gain = dot(force_W, sum_W) / length2;
   for (const ProxyPush& push : solution.active()) {
     HAPTIC_ASSERT(push.object < kMaxObjects);
-    const Vec3 one_W = -dt * gain * push.push_W;
-    const Vec3 arm_W = solution.proxy_W - X_WO[push.object].p;
-    Wrench& total = impulse_W[push.object];
-    total = total + Wrench{one_W, cross(arm_W, one_W)};
+    parts_W[push.object].f += gain * push.push_W;
   }
+  return parts_W;
 }
 
 /// Velocity of what carries the proxy, in W.
@@ -40,8 +37,7 @@ ProxyQuestion point_question(const RenderQuestion& question) {
   return {question.contacts, question.scene, question.X_WT.p, 0, {}};
 }
 
-Rendered rendered_point(const ServoModel& model, const RenderQuestion& question,
-                        const PointProxySolution& proxy) {
+Rendered rendered_point(const RenderQuestion& question, const PointProxySolution& proxy) {
   // the spring is here: this tick's tool pose, no queue in between
   Rendered out;
   out.surface_W = surface_of(proxy, question.scene);
@@ -52,18 +48,17 @@ Rendered rendered_point(const ServoModel& model, const RenderQuestion& question,
   out.n_pushing = proxy.n_active;
   out.finite = proxy.finite;
   out.converged = proxy.converged;
-  out.object_impulse_W = question.object_impulse_W;
-  add_point_impulses(proxy, out.F_W.f, question.scene.X_WO, model.dt, out.object_impulse_W);
+  out.push_W = parts_of(proxy, out.F_W.f);
   return out;
 }
 
-Rendered render_point_proxy(const ServoModel& model, const RenderQuestion& question, RenderState&) {
+Rendered render_point_proxy(const ServoModel&, const RenderQuestion& question, RenderState&) {
   PlanesInForce planes;
-  return rendered_point(model, question, solve_point_proxy(point_question(question), planes));
+  return rendered_point(question, solve_point_proxy(point_question(question), planes));
 }
 
-Rendered render_direct(const ServoModel& model, const RenderQuestion& question, RenderState&) {
-  return rendered_point(model, question, solve_direct(point_question(question)));
+Rendered render_direct(const ServoModel&, const RenderQuestion& question, RenderState&) {
+  return rendered_point(question, solve_direct(point_question(question)));
 }
 
 Rendered render_virtual_proxy(const ServoModel& model, const RenderQuestion& question,
@@ -73,8 +68,7 @@ Rendered render_virtual_proxy(const ServoModel& model, const RenderQuestion& que
   sphere.radius = model.virtual_proxy.radius;
   sphere.held_back_W = kept.held_back_W;
   const VirtualProxyTick tick{question.coupling.translational_stiffness, model.dt};
-  return rendered_point(model, question,
-                        solve_virtual_proxy(model.virtual_proxy, kept, sphere, tick));
+  return rendered_point(question, solve_virtual_proxy(model.virtual_proxy, kept, sphere, tick));
 }
 
 }  // namespace haptic

@@ -9,7 +9,6 @@ namespace haptic {
 ProxyQuestion point_question(const RenderQuestion& question);
 
 /// The coupling's force between the tool and that proxy, and what it pushes the objects with.
-Rendered rendered_point(const ServoModel& model, const RenderQuestion& question,
-                        const PointProxySolution& proxy);
+Rendered rendered_point(const RenderQuestion& question, const PointProxySolution& proxy);
 
 }  // namespace haptic

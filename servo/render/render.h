@@ -37,9 +37,8 @@ struct ServoModel {
 struct RenderQuestion {
   const ContactSet& contacts;
   const TickScene& scene;
-  const std::array<Wrench, kMaxObjects>& object_impulse_W;  // until now
-  Coupling coupling;                                        // in force
-  Pose X_WT;                                                // the tool
+  Coupling coupling;  // in force
+  Pose X_WT;          // the tool
   Twist V_WT;
   std::optional<Pose> X_WT_before;  // in the last tick
   int64_t t_ns = 0;
@@ -57,7 +56,7 @@ struct Rendered {
   int n_pushing = 0;          // contacts
   bool finite = true;         // the contacts were
   bool converged = true;
-  std::array<Wrench, kMaxObjects> object_impulse_W{};  // since start, if this tick is felt
+  std::array<Wrench, kMaxObjects> push_W{};  // of each object on the proxy, at its origin
 };
 
 /// Room for what one solver keeps between ticks, of any type without a destructor.

@@ -32,7 +32,7 @@ Rendered render_god_object6(const ServoModel& model, const RenderQuestion& quest
       solve_god_object6(rigid_proxy_model(model, question), state.kept.keep<GodObject6State>(),
                         state.contact_solvers.coulomb, tick_of(model, question));
   limit_step(model, question, state.continuity, solution);
-  return rendered_body(model, question, solution);
+  return rendered_body(question, solution);
 }
 
 Rendered render_constrained6(const ServoModel& model, const RenderQuestion& question,
@@ -41,7 +41,7 @@ Rendered render_constrained6(const ServoModel& model, const RenderQuestion& ques
       solve_constrained6(rigid_proxy_model(model, question), state.kept.keep<Constrained6State>(),
                          state.contact_solvers, tick_of(model, question));
   limit_step(model, question, state.continuity, solution);
-  return rendered_body(model, question, solution);
+  return rendered_body(question, solution);
 }
 
 }  // namespace haptic

@@ -58,7 +58,7 @@ void let_go(const SafetyLimits& limits, SafetyState& state, const Wrench& F_B, d
 
 /// The hand feels nothing now: growth and passivity start from zero.
 void forget_held(SafetyState& state) {
-  state.held_B = {};
+  state.held_B = state.rendered_B = {};
   state.passivity = {};
 }
 
@@ -67,7 +67,7 @@ SafetyOutput hold_nothing(SafetyState& state, uint32_t flags, double dt) {
   forget_held(state);
   state.gain = 0;
   state.heat = heated(state.heat, {}, dt);
-  return {{}, flags, true};
+  return {{}, flags, true, {}};
 }
 
 /// The reasons to close the force this tick, as flags; zero if there are none.
@@ -82,55 +82,91 @@ uint32_t closed_by(const SafetyLimits& limits, SafetyState& state, const SafetyI
   return flags;
 }
 
+/// A wrench on its way to the device, and the part of it that contacts and grasp have made.
+struct Limited {
+  Wrench F_B, rendered_B;
+
+  void scale(double gain) {
+    F_B = gain * F_B;
+    rendered_B = gain * rendered_B;
+  }
+  bool saturate(const WrenchLimit& limit) {
+    const Wrench before_B = F_B;
+    if (!haptic::saturate(F_B, limit)) return false;
+    rendered_B.f *= share_left(before_B.f, F_B.f);
+    rendered_B.t *= share_left(before_B.t, F_B.t);
+    return true;
+  }
+  bool limit_growth(const SafetyState& held, const WrenchGrowth& growth) {
+    const GrowthLimit limit = haptic::limit_growth(held.held_B, growth, F_B);
+    F_B = limit.of(held.held_B, F_B);
+    rendered_B = limit.of(held.rendered_B, rendered_B);
+    return limit.cut;
+  }
+
+ private:
+  static double share_left(const Vec3& before, const Vec3& after) {
+    const double length = norm(before);
+    return length > 0 ? norm(after) / length : 1;
+  }
+};
+
+/// The share of one part of the rendered wrench that is left of it, along its direction.
+double share_along(const Vec3& left, const Vec3& rendered, double otherwise) {
+  const double squared = norm_squared(rendered);
+  return squared > 0 ? std::clamp(dot(left, rendered) / squared, 0.0, 1.0) : otherwise;
+}
+
 /// The edge of the workspace, and the soft start of all.
 void begin_softly(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
-                  double dt, SafetyOutput& out) {
+                  double dt, Limited& limited, SafetyOutput& out) {
   if (input.restart) state.gain = 0;
   if (limits.soft_start <= 0 && !input.letting_go) state.gain = 1;
   const Wrench edge_B = edge_wrench(limits, input.device.X_BH);
   if (edge_B != Wrench{}) out.flags |= kServoWorkspaceEdge;
-  out.F_B = out.F_B + edge_B;
-  if (input.letting_go) let_go(limits, state, out.F_B, dt);
+  limited.F_B = limited.F_B + edge_B;
+  if (input.letting_go) let_go(limits, state, limited.F_B, dt);
   if (state.gain < 1) {
     out.flags |= kServoSoftStart;
-    out.F_B = state.gain * out.F_B;
+    limited.scale(state.gain);
     if (!input.letting_go) state.gain = std::min(1.0, state.gain + dt / limits.soft_start);
   }
 }
 
 /// What the motors can give at most. A torque that is dropped is flagged only in ticks in which it
 /// would have been felt.
-void limit_size(const SafetyLimits& limits, const WrenchLimit& bearable, SafetyOutput& out) {
-  if (limits.max_force <= 0) out.F_B.f = {};
+void limit_size(const SafetyLimits& limits, const WrenchLimit& bearable, Limited& limited,
+                SafetyOutput& out) {
+  if (limits.max_force <= 0) limited.F_B.f = limited.rendered_B.f = {};
   if (limits.max_torque <= 0) {
-    if (out.F_B.t != Vec3{}) out.flags |= kServoTorqueDropped;
-    out.F_B.t = {};
+    if (limited.F_B.t != Vec3{}) out.flags |= kServoTorqueDropped;
+    limited.F_B.t = limited.rendered_B.t = {};
   }
   const bool is_hot = bearable.force < limits.max_force || bearable.torque < limits.max_torque;
   if (is_hot) out.flags |= kServoThermal;
-  if (saturate(out.F_B, bearable)) out.flags |= kServoSaturated;
+  if (limited.saturate(bearable)) out.flags |= kServoSaturated;
 }
 
 /// Growth and passivity of the wrench that will be held.
 void limit_change(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
                   const WrenchLimit& bearable, const WrenchGrowth& growth, double dt,
-                  SafetyOutput& out) {
-  if (limit_growth(state.held_B, growth, out.F_B)) out.flags |= kServoSlewing;
+                  Limited& limited, SafetyOutput& out) {
+  if (limited.limit_growth(state, growth)) out.flags |= kServoSlewing;
   if ((input.device.flags & (kDeviceOpenLoop | kDeviceAdmittance)) != 0) return;
   PassivityInput port{input.device.X_BH,
                       input.device.t_ns,
                       {input.surface_velocity_B, input.surface_turning_B},
-                      out.F_B};
+                      limited.F_B};
   if (!input.fading) {
     port.max_damping = limits.max_damping;
     port.max_rotational_damping = limits.max_rotational_damping;
   }
   const PassivityOutput passive = keep_passive(state.passivity, port, dt);
   if (passive.damped) out.flags |= kServoPassivity;
-  out.F_B = passive.F_B;
-  saturate(out.F_B, bearable);
-  if (passive.damped) limit_growth(state.held_B, growth, out.F_B);
-  note_held(state.passivity, out.F_B, dt);
+  limited.F_B = passive.F_B;
+  limited.saturate(bearable);
+  if (passive.damped) limited.limit_growth(state, growth);
+  note_held(state.passivity, limited.F_B, dt);
 }
 
 }  // namespace
@@ -157,14 +193,22 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
   const uint32_t closed = closed_by(limits, state, input, speed);
   if (closed != 0) return hold_nothing(state, closed, dt);
 
-  SafetyOutput out{input.F_B, 0};
+  SafetyOutput out;
+  Limited limited{input.F_B, input.F_B};
   if (input.released) forget_held(state);
-  begin_softly(limits, state, input, dt, out);
+  begin_softly(limits, state, input, dt, limited, out);
   const WrenchLimit bearable = sustainable(limits, state.heat);
-  limit_size(limits, bearable, out);
+  limit_size(limits, bearable, limited, out);
   const WrenchGrowth growth = most_growth(limits, input.stiffness, step.motion, since);
-  limit_change(limits, state, input, bearable, growth, dt, out);
-  state.held_B = out.F_B;
+  limit_change(limits, state, input, bearable, growth, dt, limited, out);
+  out.F_B = limited.F_B;
+  // what objects push against each other through the tool is felt as much as all of it
+  const double gain = limits.max_force > 0 ? state.gain : 0;
+  out.felt.force = share_along(limited.rendered_B.f, input.F_B.f, gain);
+  out.felt.torque =
+      share_along(limited.rendered_B.t, input.F_B.t, limits.max_torque > 0 ? out.felt.force : 0);
+  state.held_B = limited.F_B;
+  state.rendered_B = limited.rendered_B;
   state.heat = heated(state.heat, out.F_B, dt);
   return out;
 }

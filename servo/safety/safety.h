@@ -18,6 +18,7 @@ struct SafetyState {
   bool too_fast = false;      // true until the handle has slowed down
   MotorHeat heat;
   Wrench held_B;        // wrench held over the last tick
+  Wrench rendered_B;    // the part of it that contacts and grasp have made
   int64_t woke_ns = 0;  // wake-up of the last tick
   LastSample sample;
   bool jumped = false;  // this sample is farther than the hand can have moved
@@ -43,10 +44,18 @@ struct SafetyInput {
   uint64_t fault_clears = 0;    // of the ControlFrame in force
 };
 
+/// How much of the rendered force and torque the hand feels, 0 to 1: what is rendered pushes the
+/// objects by as much, sign reversed. The edge of the workspace and the passivity damper push
+/// nothing, and a torque that the device drops turns nothing.
+struct FeltShare {
+  double force = 0, torque = 0;
+};
+
 struct SafetyOutput {
   Wrench F_B;
   uint32_t flags = 0;   // ServoFlag
   bool closed = false;  // nothing may be rendered: by a fault, or one of step 2
+  FeltShare felt;
 };
 
 /// The last stage before the device; runs after every solver and cannot be switched off. What

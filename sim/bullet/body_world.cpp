@@ -89,6 +89,7 @@ struct BodyWorld::Parts {
   std::vector<OwnedShape> shapes;
   std::vector<std::unique_ptr<btRigidBody>> bodies;
   std::vector<uint8_t> touches;  // each object
+  PushedMean pushed;
   std::optional<WorldJoints> joints;
   std::vector<ConstraintRow> rows;
   size_t n_contacts = 0;
@@ -126,6 +127,8 @@ BodyWorld::Parts::Parts(const WorldModel& model) {
     bodies.push_back(std::move(body));
   }
   touches.assign(bodies.size(), 0);
+  pushed.impulse_W.resize(bodies.size());
+  pushed.late_W.resize(bodies.size());
   std::vector<uint8_t> never_moves;
   for (const WorldObject& object : model.objects) never_moves.push_back(object.never_moves ? 1 : 0);
   joints.emplace(model.joints, bodies, never_moves, model.gravity_W, world);
@@ -226,13 +229,15 @@ void BodyWorld::place(uint32_t object, const Pose& X_WO, const Twist& V_WO) {
   body.setAngularVelocity(to_bullet(V_WO.w));
 }
 
-void BodyWorld::push(uint32_t object, const Wrench& impulse_W) {
+void BodyWorld::push(uint32_t object, const Wrench& impulse_W, const Wrench& late_W) {
   btRigidBody& body = *parts_->bodies[object];
   HAPTIC_ASSERT(!body.isStaticOrKinematicObject());
   const Vec3 origin_W =
       from_bullet(body.getCenterOfMassTransform()) * inverse(parts_->X_OC[object]).p;
   const Vec3 arm_W = origin_W - from_bullet(body.getCenterOfMassPosition());
   const Wrench at_centre_W = haptic::shift(impulse_W, arm_W);
+  parts_->pushed.impulse_W[object] = at_centre_W;
+  parts_->pushed.late_W[object] = haptic::shift(late_W, arm_W);
   body.activate(true);
   if (parts_->joints->push(object, at_centre_W)) return;
   body.applyCentralImpulse(to_bullet(at_centre_W.f));
@@ -251,7 +256,9 @@ void BodyWorld::shift(uint32_t object, const Twist& displacement_W) {
 
 void BodyWorld::step(double dt) {
   HAPTIC_ASSERT(dt > 0);
-  parts_->joints->before(dt);
+  parts_->joints->before(dt, parts_->pushed);
+  std::ranges::fill(parts_->pushed.impulse_W, Wrench{});
+  std::ranges::fill(parts_->pushed.late_W, Wrench{});
   parts_->world.stepSimulation(dt, 0, dt);
   parts_->find_rows(dt);
 }
@@ -271,6 +278,7 @@ MovingBody BodyWorld::motion(uint32_t object) const {
   const JointEffect effect = parts_->joints->effect(object);
   motion.joints_W = effect.load_W;
   motion.bias_W = effect.bias_W;
+  motion.moves_by_mean = effect.moves_by_mean;
   return motion;
 }
 

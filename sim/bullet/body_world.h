@@ -20,6 +20,7 @@ struct MovingBody {
   Mat3 inertia_W;   // about it
   Wrench joints_W;  // about it: springs, dampers, detents and sliding friction of joints
   Twist bias_W;     // acceleration of the centre of mass that joints give a body as it moves
+  bool moves_by_mean = false;  // of its velocities before and after a step; else by that after it
   bool asleep = false;
 };
 
@@ -35,11 +36,14 @@ class BodyWorld {
   /// A body is there at once, with this twist of its origin in W; a scripted object at the end of
   /// the next step, with the velocity that takes it there.
   void place(uint32_t object, const Pose& X_WO, const Twist& V_WO);
-  /// An impulse at the object's origin, in W [N·s, N·m·s]; wakes the body.
-  void push(uint32_t object, const Wrench& impulse_W);
+  /// An impulse at the object's origin, in W [N·s, N·m·s]; wakes the body. `late_W`: an impulse
+  /// that the body is shifted by after the step as if it had had it for the step's time; dampers
+  /// take the whole way.
+  void push(uint32_t object, const Wrench& impulse_W, const Wrench& late_W = {});
   /// Moves a body without changing its velocity; the displacement is that of its origin, in W.
   void shift(uint32_t object, const Twist& displacement_W);
-  /// Gravity, contacts and motion for dt [s], by one step.
+  /// Gravity, contacts and motion for dt [s], by one step; what was pushed before counts as pushed
+  /// in it.
   void step(double dt);
 
   MovingBody motion(uint32_t object) const;

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "proto/math/assert.h"
 #include "sim/bullet/body_state.h"
@@ -83,7 +84,7 @@ struct WorldJoints::Kept {
     if (joint.config.kind != JointKind::kHinge) return {rows.axis_W, {}};
     return {cross(rows.axis_W, pose_of(a).p - rows.anchor_W), rows.axis_W};
   }
-  double mobility() const { return 1 / dot(motion(), momentum_of(a, motion())); }
+  double lead_mobility() const { return 1 / dot(motion(), momentum_of(a, motion())); }
 
   Joint joint;
   btRigidBody& a;
@@ -92,10 +93,17 @@ struct WorldJoints::Kept {
   RowConstraint locks, friction, stop;
   JointRows rows;
   double position = 0;
-  // of the step under way, of a joint that leads
-  Twist along;  // row of the speed along the coordinate, by the momentum along it
-  double along_mobility = 0;
-  double smooth = 0;  // change of the speed by springs and gravity
+  // of the step under way
+  Twist along;  // of a joint that leads: row of the speed along the coordinate, by its momentum
+  double mobility = 0;      // change of the speed along the coordinate per impulse
+  double weight = 0;        // gravity along it
+  double pushed_speed = 0;  // what pushes add to the mean speed beyond that at the end
+  double pushed_load = 0;   // of the hand, along it, in the mean
+  // of a joint that drives: load of locks and contacts along it, and the speed without them
+  double others = 0, without_others = 0;
+  double drag = 0;      // of the damper: c w dt
+  double smooth = 0;    // change of the speed by springs, damper and gravity
+  bool is_free = true;  // of a joint that leads: nothing but these has acted
   bool stuck = false;
   int stop_steps = 0;
 };
@@ -141,33 +149,71 @@ JointRows WorldJoints::rows_of(const Kept& kept) const {
   return joint_rows(kept.joint, pose_of(kept.a), pose_of(kept.b), kept.position);
 }
 
+/// Gravity along the coordinate of a joint that leads.
+double WorldJoints::weight_at(const Kept& kept, double position) const {
+  const Vec3 weight_W = kept.a.getMass() * gravity_W_;
+  const JointRows& rows = kept.rows;
+  const Pose X_WB = pose_of(kept.b);
+  switch (kept.joint.config.kind) {
+    case JointKind::kHinge:
+      return dot(weight_W,
+                 cross(rows.axis_W, pose_on(kept.joint, X_WB, position).p - rows.anchor_W));
+    case JointKind::kCurve:
+      return dot(weight_W,
+                 rotate(X_WB.q * kept.joint.X_BJ.q, curve_at(kept.joint.curve, position).tangent));
+    default:
+      return dot(weight_W, rows.axis_W);
+  }
+}
+
 /// A body by its own coordinate: changes its speed, and gives Bullet rows that only act along it.
-void WorldJoints::lead(Kept& kept, double dt) {
+/// One that something holds moves by the speed at the end of a step, as Bullet has it.
+void WorldJoints::lead(Kept& kept, double dt, const PushedMean& pushed) {
   const Twist motion = kept.motion();
   const Twist momentum = momentum_of(kept.a, motion);
-  const double mobility = 1 / dot(motion, momentum);
+  const double mobility = 1 / dot(motion, momentum), damping = kept.joint.config.damping;
+  const Wrench mean_W = pushed.beyond_end(kept.a, kept.is_free);
   const double speed = mobility * dot(momentum, twist_of(kept.a));
-  const double weight = kept.a.getMass() * dot(gravity_W_, motion.v);
-  kept.smooth =
-      speed_change(kept.joint, kept.position, speed, mobility, weight, dt, Moves::kByMean);
-  set_twist(kept.a, scaled(speed + kept.smooth, motion));
-  kept.along_mobility = mobility;
+  const CoordinateStep step{dt, kept.position, speed, mobility, mobility * dot(mean_W, motion)};
+  const auto load = [&](double position) {
+    JointLoad at = load_at(kept.joint, position);
+    at.load += weight_at(kept, position);
+    return at;
+  };
+  kept.weight = weight_at(kept, kept.position);
+  const double next = kept.is_free ? speed_by_mean_load(step, damping, load)
+                                   : speed_by_end(kept.joint, step, kept.weight);
+  kept.smooth = next - speed;
+  set_twist(kept.a, scaled(next, motion));
+  kept.mobility = mobility;
+  kept.pushed_speed = step.pushed_speed;
+  kept.pushed_load = dot(pushed.of(kept.a), motion) / dt;
   kept.along = scaled(mobility, momentum);
   kept.friction.rows[0].a = kept.stop.rows[0].a = kept.along;
 }
 
 /// Two bodies, or one of several joints: changes their twists as their locks let them.
-void WorldJoints::drive(Kept& kept, double dt) {
+void WorldJoints::drive(Kept& kept, double dt, const PushedMean& pushed) {
   const Response response = response_to(kept.rows.along, kept.rows, kept.a, kept.b);
   const double mobility = dot(kept.rows.along.a, response.a) + dot(kept.rows.along.b, response.b);
-  double change = 0;
-  for (const auto& [body, row] :
-       {std::pair{&kept.a, &kept.rows.along.a}, std::pair{&kept.b, &kept.rows.along.b}}) {
-    if (is_mobile(*body)) change += dt * dot(row->v, from_bullet(body->getGravity()));
+  double change = 0, pushed_speed = 0, pushed_change = 0;
+  for (const auto& [body, row, twist] : {std::tuple{&kept.a, &kept.rows.along.a, &response.a},
+                                         std::tuple{&kept.b, &kept.rows.along.b, &response.b}}) {
+    if (!is_mobile(*body)) continue;
+    change += dt * dot(row->v, from_bullet(body->getGravity()));
+    pushed_speed += dot(pushed.beyond_end(*body, false), *twist);
+    pushed_change += dot(pushed.of(*body), *twist);
   }
-  // gravity is Bullet's, and the spring gives way to it
-  const double speed = kept.speed() + change;
-  kept.smooth = speed_change(kept.joint, kept.position, speed, mobility, 0, dt, Moves::kByEnd);
+  // the spring gives way to gravity, which is Bullet's, and the damper also to what other joints and
+  // contacts do, as if that went on as in the last step
+  const CoordinateStep step{dt, kept.position, kept.speed() + change, mobility,
+                            pushed_speed + dt * mobility * kept.others};
+  kept.smooth = speed_by_end(kept.joint, step, 0) - step.speed;
+  kept.without_others = step.speed + kept.smooth;
+  kept.mobility = mobility;
+  kept.weight = change / (dt * mobility);
+  kept.pushed_speed = pushed_speed;
+  kept.pushed_load = pushed_change / (dt * mobility);
   const double impulse = kept.smooth / mobility;
   set_twist(kept.a, sum(twist_of(kept.a), scaled(impulse, response.a)));
   if (is_mobile(kept.b)) set_twist(kept.b, sum(twist_of(kept.b), scaled(impulse, response.b)));
@@ -194,7 +240,7 @@ void WorldJoints::bound(Kept& kept, double dt) {
   stop.upper = is_lower ? SIMD_INFINITY : 0;
 }
 
-void WorldJoints::before(double dt) {
+void WorldJoints::before(double dt, const PushedMean& pushed) {
   for (const auto& kept : joints_) {
     kept->rows = rows_of(*kept);
     kept->position = kept->rows.position;
@@ -205,10 +251,11 @@ void WorldJoints::before(double dt) {
     }
     if (!kept->has_coordinate() || !kept->is_awake()) continue;
     if (kept->leads) {
-      lead(*kept, dt);
+      lead(*kept, dt, pushed);
     } else {
-      drive(*kept, dt);
+      drive(*kept, dt, pushed);
     }
+    kept->drag = dt * kept->mobility * kept->joint.config.damping;
     bound(*kept, dt);
   }
 }
@@ -221,12 +268,14 @@ void WorldJoints::after(double dt, std::span<const uint8_t> touches) {
       const bool stops = kept->stop.n > 0 && kept->stop.getAppliedImpulse() != 0;
       kept->stuck = config.friction > 0 && std::fabs(slid) < kSticks * config.friction * dt;
       kept->stop_steps = stops ? kHeldSteps : std::max(kept->stop_steps - 1, 0);
-      if (kept->leads) {
+      if (!kept->leads) {
+        kept->others = (kept->speed() - kept->without_others) / (dt * kept->mobility);
+      } else {
         const double speed = dot(kept->along, twist_of(kept->a));
         // Bullet moves by the speed at the end of a step; half of what it has gained came too late.
         // What rests or touches is left alone, or it would creep
-        const bool is_free = !kept->stuck && !stops && touches[config.object] == 0;
-        const double gained = is_free ? kept->smooth + kept->along_mobility * slid : 0;
+        kept->is_free = !kept->stuck && !stops && touches[config.object] == 0;
+        const double gained = kept->is_free ? kept->smooth + kept->mobility * slid : 0;
         place(*kept, kept->position + dt * (speed - 0.5 * gained), speed);
       }
     }
@@ -258,7 +307,7 @@ WorldJoints::Kept* WorldJoints::leading(uint32_t object) const {
 bool WorldJoints::push(uint32_t object, const Wrench& impulse_W) {
   Kept* const kept = leading(object);
   if (kept == nullptr) return false;
-  const double gained = kept->mobility() * dot(impulse_W, kept->motion());
+  const double gained = kept->lead_mobility() * dot(impulse_W, kept->motion());
   set_twist(kept->a, sum(twist_of(kept->a), scaled(gained, kept->motion())));
   return true;
 }
@@ -266,7 +315,7 @@ bool WorldJoints::push(uint32_t object, const Wrench& impulse_W) {
 bool WorldJoints::shift(uint32_t object, const Twist& displacement_W) {
   Kept* const kept = leading(object);
   if (kept == nullptr) return false;
-  const double mobility = kept->mobility();
+  const double mobility = kept->lead_mobility();
   const double speed = mobility * dot(momentum_of(kept->a, twist_of(kept->a)), kept->motion());
   const double way = mobility * dot(momentum_of(kept->a, displacement_W), kept->motion());
   place(*kept, kept->rows.position + way, speed);
@@ -292,11 +341,17 @@ JointEffect WorldJoints::effect(uint32_t object) const {
     if ((&kept->a != body && &kept->b != body) || !kept->has_coordinate()) continue;
     const JointConfig& config = kept->joint.config;
     const double speed = kept->speed();
-    double load = load_at(kept->joint, kept->rows.position).load - config.damping * speed;
+    const double weight = kept->leads ? weight_at(*kept, kept->rows.position) : kept->weight;
+    double load = load_at(kept->joint, kept->rows.position).load + weight;
     if (!kept->stuck && speed != 0) load -= std::copysign(config.friction, speed);
+    // of the next step, whose damper acts by the speed that it ends with, if hand and others go on
+    const double hand = kept->pushed_load + kept->others;
+    const double drag = config.damping * (speed + kept->pushed_speed);
+    load = (load + hand - drag) / (1 + kept->drag) - hand - weight;
     const Twist& row = &kept->a == body ? kept->rows.along.a : kept->rows.along.b;
     effect.load_W = effect.load_W + Wrench{load * row.v, load * row.w};
     if (!kept->leads || &kept->a != body) continue;
+    effect.moves_by_mean = kept->is_free;
     const Vec3 arm_W = pose_of(kept->a).p - kept->rows.anchor_W;
     const Vec3& axis_W = kept->rows.axis_W;
     effect.bias_W.v += speed * speed *

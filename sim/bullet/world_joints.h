@@ -14,10 +14,27 @@
 
 namespace haptic {
 
+/// What hands have pushed the bodies with in this step, about their centres of mass [N·s, N·m·s].
+struct PushedMean {
+  std::vector<Wrench> impulse_W;  // that each has got at the beginning of the step
+  // what is added to that to place it, over the time of the step: it came earlier, or later
+  std::vector<Wrench> late_W;
+
+  const Wrench& of(const btRigidBody& body) const {
+    return impulse_W[static_cast<size_t>(body.getUserIndex())];
+  }
+  /// The impulse by which the mean velocity of the step differs from that at its end.
+  Wrench beyond_end(const btRigidBody& body, bool moves_by_mean) const {
+    const auto i = static_cast<size_t>(body.getUserIndex());
+    return late_W[i] + (moves_by_mean ? 0.5 : 0.0) * impulse_W[i];
+  }
+};
+
 /// What joints do to a body along their coordinates, beside holding it.
 struct JointEffect {
-  Wrench load_W;  // about its centre of mass
-  Twist bias_W;   // acceleration of its centre of mass that their holding alone gives
+  Wrench load_W;               // about its centre of mass
+  Twist bias_W;                // acceleration of its centre of mass that their holding alone gives
+  bool moves_by_mean = false;  // of the speeds before and after a step
 };
 
 /// The joints of a world. Each is a few rows for Bullet's solver: its locks, its dry friction, its
@@ -39,7 +56,7 @@ class WorldJoints {
   WorldJoints(const WorldJoints&) = delete;
 
   /// Before and after a step of Bullet. `touches`: bodies that contacts hold.
-  void before(double dt);
+  void before(double dt, const PushedMean& pushed);
   void after(double dt, std::span<const uint8_t> touches);
 
   /// Moves a body that has a coordinate; false: it has none.
@@ -59,8 +76,9 @@ class WorldJoints {
  private:
   struct Kept;
   JointRows rows_of(const Kept& kept) const;
-  void lead(Kept& kept, double dt);
-  void drive(Kept& kept, double dt);
+  double weight_at(const Kept& kept, double position) const;
+  void lead(Kept& kept, double dt, const PushedMean& pushed);
+  void drive(Kept& kept, double dt, const PushedMean& pushed);
   static void bound(Kept& kept, double dt);
   void place(Kept& kept, double position, double speed);
   Kept* leading(uint32_t object) const;  // with its rows where it is; null: it has no coordinate

@@ -143,26 +143,13 @@ JointLoad load_at(const Joint& joint, double position) {
   return load;
 }
 
-double speed_change(const Joint& joint, double position, double speed, double mobility, double load,
-                    double dt, Moves moves) {
-  // where it acts: after dt (before · v + after · v′)
-  double before = 0.25, after = 0.25;
-  JointLoad now = load_at(joint, position);
-  if (now.slope > 0) {
-    // one that pushes away is taken at the middle of the way at this speed
-    now.load += now.slope * (moves == Moves::kByMean ? 0.5 * dt * speed : 0);
-    now.slope = 0;
-  }
-  if (moves == Moves::kByEnd) {
-    before = 0;
-    after = -dt * dt * mobility * now.slope > kStiff ? 1 : 0;
-  }
-  // v′ = v + dt m (F + s dt (before v + after v′) − c v′)
-  const double spring = dt * dt * mobility * now.slope;
-  const double damper = dt * mobility * joint.config.damping;
-  const double end = (speed * (1 + before * spring) + dt * mobility * (load + now.load)) /
-                     (1 - after * spring + damper);
-  return end - speed;
+double speed_by_end(const Joint& joint, const CoordinateStep& step, double load) {
+  const double dt = step.dt, drag = dt * step.mobility * joint.config.damping;
+  const JointLoad now = load_at(joint, step.position);
+  // v′ = v + dt w (F + s dt v′ − c (v′ + u)), s of stiff springs only
+  const double spring = dt * dt * step.mobility * now.slope;
+  return (step.speed + dt * step.mobility * (load + now.load) - drag * step.pushed_speed) /
+         (1 + drag - (-spring > kStiff ? spring : 0));
 }
 
 }  // namespace haptic

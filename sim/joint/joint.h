@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <utility>
 
 #include "proto/config/scene/joint_config.h"
 #include "proto/math/pose.h"
@@ -55,19 +58,54 @@ struct JointLoad {
 /// Beyond the table the detents' load is that of its end.
 JointLoad load_at(const Joint& joint, double position);
 
-/// How a body moves by the speed that a step ends with.
-enum class Moves {
-  kByMean,  // by the mean of the speeds before and after
-  kByEnd    // by the speed after it
+/// A step of a joint's coordinate.
+struct CoordinateStep {
+  double dt = 0;                   // [s]
+  double position = 0, speed = 0;  // at its beginning
+  double mobility = 0;             // w: change of the speed per impulse
+  double pushed_speed = 0;  // u: what pushes add to the mean speed beyond the speed at the end
 };
 
-/// Change of a speed by the load of a joint within dt. Spring and detents are linearised at their
-/// position. Of what moves by the mean they act at the middle of the way, which keeps energy and is
-/// stable for any stiffness; of what moves by the end they act where they are (keeps energy too),
-/// or at the end of the way where they are too stiff for that. The damper acts by the speed at the
-/// end and never turns it round. `mobility`: change of the speed per impulse; `load`: what else
-/// acts along the coordinate.
-double speed_change(const Joint& joint, double position, double speed, double mobility, double load,
-                    double dt, Moves moves);
+/// Speed at the end of a step of what moves by the mean of the speeds before and after, Δq = dt (v
+/// + v′)/2, under the mean load over that way (the averaged vector field: Quispel and McLaren,
+/// 2008):
+///   v′ = v + dt w [ ∫ F(q + s Δq) ds − c (v′ + u) ],  s from 0 to 1.
+/// The load's work is the change of its potential, so energy neither grows nor shrinks but by the
+/// damper, whatever step and stiffness. The damper acts by the way of the step that the pushes of
+/// the hand have made of it: nothing at rest, and it never turns a speed round. `load` gives the
+/// JointLoad at a position; solved by Newton's method, at most kMostIterations times.
+template <class Load>
+double speed_by_mean_load(const CoordinateStep& step, double damping, const Load& load) {
+  constexpr int kMostIterations = 12;   // 2 or 3 for what oscillates with ω dt < 1
+  constexpr double kConverged = 1e-13;  // of the speed
+  // Gauss's three points: exact for a cubic, as each piece of a table is
+  constexpr double kAside = 0.38729833462074169;  // √15 / 10
+  constexpr std::array<std::pair<double, double>, 3> kPoints{
+      {{0.5 - kAside, 5.0 / 18}, {0.5, 8.0 / 18}, {0.5 + kAside, 5.0 / 18}}};
+  const double dt = step.dt, drag = dt * step.mobility * damping;
+  double next = step.speed;
+  for (int i = 0; i < kMostIterations; ++i) {
+    const double way = 0.5 * dt * (step.speed + next);
+    JointLoad mean;
+    for (const auto& [s, weight] : kPoints) {
+      const JointLoad at = load(step.position + s * way);
+      mean.load += weight * at.load;
+      mean.slope += weight * s * at.slope;
+    }
+    const double open =
+        next - step.speed - dt * step.mobility * mean.load + drag * (next + step.pushed_speed);
+    // a load that pushes away faster than a step can follow is walked along in shorter ways
+    const double slope =
+        std::max(1 + drag - 0.5 * dt * dt * step.mobility * mean.slope, 0.5 * (1 + drag));
+    next -= open / slope;
+    if (std::fabs(open) <= kConverged * std::max(std::fabs(step.speed), std::fabs(next))) break;
+  }
+  return next;
+}
+
+/// Speed at the end of a step of what moves by that speed, Δq = dt v′, under the load where it is
+/// (keeps energy in the mean), or at the end of the way where a spring is too stiff for that. The
+/// damper as above. `load`: what else acts along the coordinate.
+double speed_by_end(const Joint& joint, const CoordinateStep& step, double load);
 
 }  // namespace haptic

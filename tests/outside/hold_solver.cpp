@@ -17,7 +17,6 @@ Rendered render_hold(const ServoModel&, const RenderQuestion& question, RenderSt
   Held& held = state.kept.keep<Held>();
   Rendered out;
   out.X_WP = question.X_WT;
-  out.object_impulse_W = question.object_impulse_W;
   const CarriedContacts carried = carry_contacts(question.contacts, question.scene);
   out.finite = carried.finite;
   if (carried.size == 0) return out;

@@ -227,12 +227,16 @@ TEST_CASE("servo: nothing is pushed while nothing is felt", "[servo]") {
   ServoState state;
   haptic::ControlFrame control{};
   control.translational_stiffness = 1000;
+  control.armed = 1;
   ServoInput input = input_at(1, {0, 0, -1e-3}, set.get());
   input.control = &control;
   const double before = step_armed(model, state, input).object_impulse_W[0].f.z;
   CHECK(before == Approx(-1e-3));
   SECTION("paused") {
     control.paused = 1;
+  }
+  SECTION("disarmed") {
+    control.armed = 0;
   }
   SECTION("no free pose") {
     set->flags = haptic::kContactNoFreePose;

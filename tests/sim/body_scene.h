@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cmath>
 #include <deque>
 #include <utility>
 #include <vector>
@@ -39,14 +40,17 @@ struct BodyScene {
   }
 };
 
-/// Steps a scene at 1 kHz.
+/// Steps a scene at its rate.
 struct BodySim {
   SimModel model;
   SimState state;
+  int64_t period_ns;
   int64_t t_ns = 1'000'000'000;
   SceneFrame frame{};
 
-  explicit BodySim(const BodyScene& scene) : model(build_sim(scene.config, scene.shapes)) {
+  explicit BodySim(const BodyScene& scene)
+      : model(build_sim(scene.config, scene.shapes)),
+        period_ns(std::llround(1e9 / scene.config.sim_rate)) {
     frame = sim_step(model, state, t_ns);
   }
   /// Begins anew with a hand, whose counters go on from here.
@@ -55,7 +59,7 @@ struct BodySim {
     frame = sim_step(model, state, {&hand}, t_ns);
   }
   const SceneFrame& step(const ServoFrame* hand = nullptr) {
-    t_ns += 1'000'000;
+    t_ns += period_ns;
     frame = sim_step(model, state, {hand}, t_ns);
     return frame;
   }

@@ -63,6 +63,7 @@ class PushingHand : public Device {
   void write(const Wrench& F_B) override { held_ = F_B.f.x; }
   void stop() override { held_ = 0; }
   const HandModel& hand() const { return model_; }
+  void stand_still() { model_.v = 0; }
 
  private:
   HandModel model_;

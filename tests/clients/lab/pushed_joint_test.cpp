@@ -122,3 +122,41 @@ TEST_CASE("pushed joint: a body on a spring of 500 N/m pushes back as it should"
   if (stiffness == 800.0) CHECK(error <= 0.2);
   CHECK(largest_step(force, 200) < 0.02 + 1.5 * largest_step(exact, 200));
 }
+
+TEST_CASE("pushed joint: at rest a damper takes nothing of what a spring holds", "[pushed]") {
+  constexpr double kSpring = 1000;  // each side [N/m]
+  const double mass = GENERATE(0.005, 0.02, 0.2);
+  const double damping = GENERATE(1.0, 5.0, 20.0);
+  const uint32_t latency = GENERATE(0u, 1u, 2u);
+  const bool is_chain = GENERATE(false, true);  // the slider leads to a body that is fixed
+  CAPTURE(mass, damping, latency, is_chain);
+  PushedSession session(mass, kSpring);
+  session.config.n_joints = is_chain ? 2 : 1;
+  JointConfig& joint = session.config.joints[0];
+  joint.kind = JointKind::kSlider;
+  joint.axis_W = {1, 0, 0};
+  joint.stiffness = kSpring;
+  joint.damping = damping;
+  if (is_chain) {
+    session.add_box({kBoxEdge, kBoxEdge, kBoxEdge}, {0.1, 0, 0}, 0.1);
+    joint.to = 1;
+    session.config.joints[1].kind = JointKind::kFixed;
+    session.config.joints[1].object = 1;
+    session.config.joints[1].at_W = {0.1, 0, 0};
+  }
+  // a hand that nothing stops goes 6 mm beyond the face, and stands still
+  HandModel hand;
+  hand.mass = 1e6;
+  hand.stiffness = hand.damping = 0;
+  hand.x = kFace - 0.001;
+  hand.v = 0.02;
+  Pushed pushed(session, hand, latency);
+  felt(pushed.lockstep, 350);
+  pushed.hand.stand_still();
+  const double exact = kSpring / 2 * (pushed.hand.hand().x - kFace);
+  const std::vector<double> force = felt(pushed.lockstep, 1'500);
+  CAPTURE(exact, force.back(), largest_step(force, 200));
+  CHECK(exact == Approx(3).epsilon(0.01));
+  CHECK(force.back() == Approx(exact).epsilon(0.005));
+  CHECK(largest_step(force, 200) < 0.001 * exact);
+}

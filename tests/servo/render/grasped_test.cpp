@@ -19,7 +19,6 @@ struct HeldPoint {
   ServoModel model = plain_model(800);
   std::unique_ptr<ContactSet> set = std::make_unique<ContactSet>();
   TickScene scene;
-  std::array<Wrench, kMaxObjects> impulse_W{};
   GraspState state;
 
   HeldPoint() {
@@ -33,8 +32,7 @@ struct HeldPoint {
     }
   }
   Hold tick(bool is_wanted, bool stands = false) {
-    RenderQuestion question{*set, scene,        impulse_W, model.coupling, {},
-                            {},   std::nullopt, 0,         std::nullopt};
+    RenderQuestion question{*set, scene, model.coupling, {}, {}, std::nullopt, 0, std::nullopt};
     question.X_WT.p = {0.01, 0, 0};
     return hold_of(model, state, question, {is_wanted, stands});
   }
