@@ -38,6 +38,7 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
   HAPTIC_ASSERT(device.max_force >= 0 && device.max_torque >= 0);
   ServoModel model;
   model.dt = 1 / config.servo_rate;
+  model.sim_period = 1 / config.sim_rate;
   model.map = config.map;
   model.coupling = {config.coupling.translational_stiffness, config.coupling.translational_damping,
                     config.coupling.rotational_stiffness, config.coupling.rotational_damping};

@@ -6,6 +6,7 @@
 #include "servo/admittance/following.h"
 #include "servo/admittance/seen_space.h"
 #include "servo/render/grasped.h"
+#include "servo/render/light_bodies.h"
 #include "servo/render/render.h"
 #include "servo/safety/contact_age.h"
 #include "servo/safety/coupling.h"
@@ -53,6 +54,7 @@ struct ServoState {
   bool letting_go = false;                // another one is wanted, and the force is not yet zero
   RenderState render;                     // its own
   GraspState grasp;
+  LightBodies light;
   ContactAge age;
   SafetyState safety;
   AdmittanceState admittance;  // of an admittance device

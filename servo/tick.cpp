@@ -44,7 +44,7 @@ HeldBody held_body(const ServoModel& model, const ServoState& state, const Servo
 }
 
 Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInput& input,
-                     TickScene& scene, const Coupling& coupling, const ServoFrame& frame) {
+                     TickScene& scene, const Coupling& coupling, ServoFrame& frame) {
   // nothing is known of what a detector without a name has found
   if (input.contacts == nullptr || !is_renderer(input.contacts->renderer)) {
     Rendered none;
@@ -61,6 +61,9 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
   draw_tool(hold, state.grasp, question, scene);
   Rendered rendered = solver(model, question, state.render);
   add_hold(model, hold, question, rendered);
+  if (soften_towards_light(model, question, input.scene, state.light, rendered)) {
+    frame.flags |= kServoSoftened;
+  }
   return rendered;
 }
 

@@ -70,6 +70,7 @@ enum ServoFlag : uint32_t {
   kServoPassivity = 1u << 18,      // the passivity controller damps
   kServoWorkspaceEdge = 1u << 19,  // the soft edge of the workspace pushes
   kServoNoDevice = 1u << 20,       // the device is lost or not homed; zero wrench, then soft start
+  kServoSoftened = 1u << 21,       // the coupling is softened towards a body too light for it
 };
 
 /// Why the force is latched at zero.

@@ -26,7 +26,8 @@ constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
                                      std::pair{kServoThermal, "motors warm"},
                                      std::pair{kServoPassivity, "damped to stay passive"},
                                      std::pair{kServoWorkspaceEdge, "edge of the workspace"},
-                                     std::pair{kServoNoDevice, "device lost or not homed"}};
+                                     std::pair{kServoNoDevice, "device lost or not homed"},
+                                     std::pair{kServoSoftened, "softened towards a light body"}};
 
 }  // namespace
 

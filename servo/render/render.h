@@ -20,7 +20,8 @@ namespace haptic {
 
 /// All that is constant after start.
 struct ServoModel {
-  double dt = 1e-3;  // nominal period [s]
+  double dt = 1e-3;          // nominal period [s]
+  double sim_period = 1e-3;  // [s]
   DeviceMap map;
   Coupling coupling;  // as configured; the ControlFrame may change it
   SafetyLimits limits;

@@ -204,8 +204,8 @@ void WorldJoints::drive(Kept& kept, double dt, const PushedMean& pushed) {
     pushed_speed += dot(pushed.beyond_end(*body, false), *twist);
     pushed_change += dot(pushed.of(*body), *twist);
   }
-  // the spring gives way to gravity, which is Bullet's, and the damper also to what other joints and
-  // contacts do, as if that went on as in the last step
+  // the spring gives way to gravity, which is Bullet's, and the damper also to what other joints
+  // and contacts do, as if that went on as in the last step
   const CoordinateStep step{dt, kept.position, kept.speed() + change, mobility,
                             pushed_speed + dt * mobility * kept.others};
   kept.smooth = speed_by_end(kept.joint, step, 0) - step.speed;

@@ -24,6 +24,7 @@ export const kServoFlags = [
   [18, "damped to stay passive", "note", "The passivity controller damps. Lower the stiffness if it lasts."],
   [19, "edge of the workspace", "note", "The soft edge of the workspace pushes back."],
   [20, "device lost or not homed", "bad", "Plug the device in and calibrate it."],
+  [21, "softened towards a light body", "note", "The body is too light for this stiffness. Lower it, or give the body more mass."],
 ];
 
 /** Fault by number: [sentence, remedy]. */
