@@ -146,6 +146,14 @@ void note_responses(const BodiesModel& model, BodiesState& state, const NewPushe
   }
   const std::span<const BodyInertia> bodies(inertias.data(), frame.n_objects);
   for (const uint32_t i : model.with_mass) {
+    if (is_out_of_reach(world.motion(i).X_WO, model.world.objects[i].X_WO, model.reach)) {
+      world.freeze(i);
+      frame.X_WO[i] = world.motion(i).X_WO;
+      frame.V_WO[i] = {};
+      frame.responses[i].mobility = {};
+      frame.responses[i].acceleration_W = {};
+      continue;
+    }
     const MovingBody motion = world.motion(i);
     const bool is_touched =
         state.touched_ns[i] != 0 && frame.t_ns - state.touched_ns[i] < kTouchedNs;
@@ -191,6 +199,7 @@ BodiesModel build_bodies(const SessionConfig& config, std::span<const MeshShape>
   if (model.with_mass.empty()) return model;
   HAPTIC_ASSERT(shapes.size() >= config.n_objects);
   model.period = 1 / config.sim_rate;
+  model.reach = config.sim_reach;
   model.world.gravity_W = config.gravity_W;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     const ObjectConfig& object = config.objects[i];

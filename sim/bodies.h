@@ -22,6 +22,7 @@ struct BodiesModel {
   WorldModel world;
   std::vector<uint32_t> with_mass;  // objects, ascending
   double period = 0;                // longest step [s]
+  double reach = 0;  // [m] a body that is farther from its place at the start stays where it is
 };
 
 /// Shapes and convex pieces as contact has baked them, in the order of the config; they must

@@ -108,6 +108,7 @@ struct SessionConfig {
   double contact_poll_rate = 4000;  // how often contact looks again for a late ServoFrame [Hz]
   double sim_rate = 120;            // [Hz]; 1 kHz where a body has mass
   Vec3 gravity_W;                   // of the bodies with mass [m/s²]
+  double sim_reach = 1;             // of a body from its place at the start; beyond it stays [m]
   uint64_t mesh_memory_limit = uint64_t{4} << 30;  // limit while a mesh is baked [bytes]
   uint32_t realtime = 1;                           // 0: no real-time priority or locked memory
   Renderer renderer{};

@@ -15,6 +15,11 @@ namespace haptic {
 
 inline constexpr double kMaxExtrapolation = 0.020;  // longest extrapolation of a scene pose [s]
 
+/// Whether a body has gone so far from its place at the start that sim moves it no more.
+inline bool is_out_of_reach(const Pose& X_WO, const Pose& X_start, double reach) {
+  return norm(X_WO.p - X_start.p) > reach;
+}
+
 /// What one hand has pushed the objects with: the counters of its ServoFrame.
 struct HandPush {
   uint32_t hand;

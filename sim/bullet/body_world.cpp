@@ -14,8 +14,13 @@
 namespace haptic {
 namespace {
 
-constexpr int kIterations = 50;  // of the solver: ten boxes on each other stand
-constexpr double kSlop = 10e-6;  // depth of a contact that is left alone [m]
+constexpr int kIterations = 50;       // of the solver, at most: ten boxes on each other stand
+constexpr double kResidual = 0.3e-3;  // change of a speed after which it iterates no more [m/s]
+// Bullet's 20 mm and 50 mm are for scenes of metres: all that lies nearer than them to each other
+// is one island, which only falls asleep, and wakes, as a whole [m]
+constexpr double kNear = 5e-3;    // of bodies between which contacts are looked for
+constexpr double kMargin = 1e-3;  // by which the boxes of the broad phase are larger
+constexpr double kSlop = 10e-6;   // depth of a contact that is left alone [m]
 // A deeper contact is mended without giving speed. Shallower ones are mended by their impulses: the
 // other way lets a stack of ten boxes creep by 1.5 mm a second [m]
 constexpr double kDeep = 0.1e-3;
@@ -96,6 +101,8 @@ struct BodyWorld::Parts {
 };
 
 BodyWorld::Parts::Parts(const WorldModel& model) {
+  gContactBreakingThreshold = kNear;
+  gDbvtMargin = kMargin;
   world.setGravity(to_bullet(model.gravity_W));
   btContactSolverInfo& info = world.getSolverInfo();
   info.m_numIterations = kIterations;
@@ -103,6 +110,7 @@ BodyWorld::Parts::Parts(const WorldModel& model) {
   info.m_splitImpulse = 1;
   info.m_splitImpulsePenetrationThreshold = -kDeep;
   info.m_linearSlop = kSlop;
+  info.m_leastSquaresResidualThreshold = kResidual * kResidual;
   info.m_restitutionVelocityThreshold = kBounceSpeed;
   for (const WorldObject& object : model.objects) {
     const PrincipalAxes axes = principal_axes(object.mass);
@@ -231,7 +239,8 @@ void BodyWorld::place(uint32_t object, const Pose& X_WO, const Twist& V_WO) {
 
 void BodyWorld::push(uint32_t object, const Wrench& impulse_W, const Wrench& late_W) {
   btRigidBody& body = *parts_->bodies[object];
-  HAPTIC_ASSERT(!body.isStaticOrKinematicObject());
+  HAPTIC_ASSERT(!body.isKinematicObject());
+  if (body.isStaticObject()) return;  // frozen
   const Vec3 origin_W =
       from_bullet(body.getCenterOfMassTransform()) * inverse(parts_->X_OC[object]).p;
   const Vec3 arm_W = origin_W - from_bullet(body.getCenterOfMassPosition());
@@ -252,6 +261,17 @@ void BodyWorld::shift(uint32_t object, const Twist& displacement_W) {
   const Twist of_centre{velocity_at(displacement_W, arm_W), displacement_W.w};
   if (parts_->joints->shift(object, of_centre)) return;
   body.setCenterOfMassTransform(to_bullet(extrapolate(X_WO, displacement_W, 1) * X_OC));
+}
+
+void BodyWorld::freeze(uint32_t object) {
+  btRigidBody& body = *parts_->bodies[object];
+  body.setLinearVelocity({0, 0, 0});
+  body.setAngularVelocity({0, 0, 0});
+  // to others it is a wall from now on
+  body.setMassProps(0, {0, 0, 0});
+  body.updateInertiaTensor();
+  body.setCollisionFlags(body.getCollisionFlags() | btCollisionObject::CF_STATIC_OBJECT);
+  body.forceActivationState(DISABLE_SIMULATION);
 }
 
 void BodyWorld::step(double dt) {

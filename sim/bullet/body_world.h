@@ -42,6 +42,8 @@ class BodyWorld {
   void push(uint32_t object, const Wrench& impulse_W, const Wrench& late_W = {});
   /// Moves a body without changing its velocity; the displacement is that of its origin, in W.
   void shift(uint32_t object, const Twist& displacement_W);
+  /// Stops a body for good, where it is.
+  void freeze(uint32_t object);
   /// Gravity, contacts and motion for dt [s], by one step; what was pushed before counts as pushed
   /// in it.
   void step(double dt);

@@ -77,7 +77,7 @@ struct WorldJoints::Kept {
   }
   bool has_coordinate() const { return row_of(joint.config.kind).has_coordinate; }
   bool is_held() const { return stuck || stop_steps > 0; }
-  bool is_awake() const { return a.isActive() || (is_mobile(b) && b.isActive()); }
+  bool is_awake() const { return (is_mobile(a) && a.isActive()) || (is_mobile(b) && b.isActive()); }
   double speed() const { return dot(rows.along.a, twist_of(a)) + dot(rows.along.b, twist_of(b)); }
   /// Twist of A by a unit of speed, of a joint that leads.
   Twist motion() const {
@@ -366,8 +366,10 @@ namespace {
 /// Of a joint's row what moves.
 ConstraintRow constraint_of(const JointRow& row, const btRigidBody& a, const btRigidBody& b) {
   ConstraintRow out;
-  out.a = static_cast<uint32_t>(a.getUserIndex());
-  out.row_a = row.a;
+  if (is_mobile(a)) {
+    out.a = static_cast<uint32_t>(a.getUserIndex());
+    out.row_a = row.a;
+  }
   if (!is_mobile(b)) return out;
   out.b = static_cast<uint32_t>(b.getUserIndex());
   out.row_b = row.b;

@@ -234,6 +234,27 @@ TEST_CASE("bodies: a restarted sim goes on where readers have carried the body",
   CHECK_THAT(after.V_WO[0].v, IsNear(last.V_WO[0].v + Vec3{0, 0, -1e-3 * kGravity}, 1e-12));
 }
 
+TEST_CASE("bodies: one that falls for ever stays where the reach ends, and the rest goes on",
+          "[sim][bodies]") {
+  BodyScene scene = scene_with_ground();
+  scene.config.sim_reach = 0.5;
+  scene.add_box(edges(kEdge), {{1, 0, 0}, {}}, 0.01);
+  scene.add_box(edges(kEdge), {{0, 0, 0.3}, {}}, 0.01);
+  BodySim sim(scene);
+  for (int k = 0; k < 1000; ++k) sim.step();
+  const Vec3 stopped = sim.frame.X_WO[1].p;
+  CHECK(stopped.z == Approx(-0.5).margin(0.005));
+  CHECK(sim.frame.V_WO[1] == Twist{});
+  CHECK(sim.frame.responses[1].mobility == std::array<double, 36>{});
+  CHECK(sim.frame.X_WO[2].p.z == Approx(kEdge / 2).margin(1e-4));
+  // a sim that begins anew leaves it there
+  SimState second;
+  resume(sim.model, second, sim.frame);
+  SceneFrame next{};
+  for (int k = 1; k < 200; ++k) next = sim_step(sim.model, second, sim.t_ns + k * 1'000'000);
+  CHECK(norm(next.X_WO[1].p - stopped) < 1e-3);
+}
+
 TEST_CASE("bodies: a mesh that is not closed has no density, a flat one no mass", "[sim][bodies]") {
   BodyScene scene;
   ObjectConfig& sheet = scene.add(make_grid(0.05, 2), {}, 0);

@@ -15,6 +15,7 @@ constexpr Range kRestitutions{0, 1};
 constexpr Range kSimRates{50, 1e3};       // [Hz]; kMaxExtrapolation is 20 ms
 constexpr double kBodyRate = 1000;        // of bodies with mass, that of the hand [Hz]
 constexpr Range kGravities{-1000, 1000};  // [m/s²]
+constexpr Range kReaches{0.01, 100};      // [m]
 
 }  // namespace
 
@@ -56,6 +57,7 @@ void read_sim(Section& root, SessionConfig& config) {
   if (!section) return;
   section->read_quantity("rate", kFrequency, kSimRates, config.sim_rate);
   section->read_quantities("gravity", kAcceleration, kGravities, config.gravity_W);
+  section->read_quantity("reach", kLength, kReaches, config.sim_reach);
   section->finish();
 }
 
