@@ -79,12 +79,6 @@ bool follow_button(Grasp& grasp, int32_t button, const ServoFrame& servo) {
   return has_gone_down && is_felt;
 }
 
-void follow_body(Grasp& grasp, const ServoFrame& servo, const SceneFrame* scene) {
-  if (!grasp.holds() || scene == nullptr || !is_mobile(*scene, grasp.object)) return;
-  const double age = static_cast<double>(servo.t_ns - scene->t_ns) * 1e-9;
-  if (age > kMaxExtrapolation + kLetGoTime) grasp.object = kMaxObjects;
-}
-
 ServoFrame drawn_frame(const Grasp& grasp, const ServoFrame& servo, const SceneFrame* scene,
                        const PointScene& now) {
   ServoFrame drawn = servo;

@@ -18,10 +18,6 @@ struct Grasp {
 /// Lets go where the button is up, or no force may be felt. True: the button has just gone down.
 bool follow_button(Grasp& grasp, int32_t button, const ServoFrame& servo);
 
-/// Lets go of a body with mass that has stood for kLetGoTime (proto/wire/guide.h), because no sim
-/// moves it.
-void follow_body(Grasp& grasp, const ServoFrame& servo, const SceneFrame* scene);
-
 /// The frame as a detector is asked about it: its tool is drawn towards where it is held, so that
 /// the proxy stays there, and other objects are seen from there.
 ServoFrame drawn_frame(const Grasp& grasp, const ServoFrame& servo, const SceneFrame* scene,

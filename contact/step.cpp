@@ -82,7 +82,6 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   HAPTIC_ASSERT(model.n_objects <= kMaxObjects);
   HAPTIC_ASSERT(model.servo_period > 0 && state.period >= 0);
   const bool seizes = follow_button(state.grasp, model.grasp_button, hand);
-  follow_body(state.grasp, hand, scene);
   const PointScene now = scene_at(model, scene, hand, hand.t_ns);
   const ServoFrame servo = drawn_frame(state.grasp, hand, scene, now);
   ContactSet set = begin_set(model, servo, scene);

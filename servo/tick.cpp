@@ -60,7 +60,7 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
   const Hold hold = hold_of(model, state.grasp, question, held_body(model, state, input));
   draw_tool(hold, state.grasp, question, scene);
   Rendered rendered = solver(model, question, state.render);
-  add_hold(model, hold, question, rendered);
+  add_hold(hold, question, rendered);
   if (soften_towards_light(model, question, input.scene, state.light, rendered)) {
     frame.flags |= kServoSoftened;
   }

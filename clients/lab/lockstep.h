@@ -33,6 +33,9 @@ class Lockstep {
   /// scene that was published.
   void kill_sim();
   void restart_sim();
+  /// Likewise as after SIGSTOP and SIGCONT: it goes on with what it knew.
+  void stop_sim() { has_sim_ = false; }
+  void continue_sim() { has_sim_ = true; }
   /// Likewise contact: it answers nothing until it begins anew, and knows nothing then.
   void kill_contact() { has_contact_ = false; }
   void restart_contact();

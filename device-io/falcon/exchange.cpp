@@ -23,7 +23,9 @@ constexpr int kDoubtOfMiss = 4, kMostDoubt = 4 * kDoubtOfMiss;
 bool FalconExchange::may_ask(int64_t t_ns) const noexcept {
   if (distrusts_) return t_ns - heard_ns_ >= std::max(kQuietNs, quiet_ns_);
   if (owed_ == 0) return true;
-  return heard_since_ ? t_ns - heard_ns_ >= kQuietNs : t_ns - asked_ns_ >= patience_ns_;
+  if (heard_since_) return t_ns - heard_ns_ >= kQuietNs;
+  const bool owes_zero = mailbox_.owes_zero(told_, t_ns);
+  return t_ns - asked_ns_ >= (owes_zero ? std::min(patience_ns_, kAskAgainNs) : patience_ns_);
 }
 
 /// The spacing varies, so that no constant delay fits it; in doubt it is short.
@@ -56,6 +58,7 @@ FalconBytes FalconExchange::ask(int64_t t_ns) noexcept {
   // the answer to a challenge must be told from others
   challenges_ = alone_ && is_challenge_due();
   if (challenges_) command.flags = static_cast<uint8_t>(command.flags & ~kFalconHoming);
+  told_ = command;
   return encode_falcon(command);
 }
 

@@ -19,7 +19,8 @@ inline constexpr size_t kFtdiPacket = 64;
 /// Bytes in, bytes out, no clock of its own.
 ///
 /// A question that is not answered within kAskAgainNs is asked again, then each time after twice as
-/// long; its answer may still come, and counts as one to either.
+/// long, but for the first that tells the motors zero; its answer may still come, and counts as one
+/// to either.
 ///
 /// Answers carry no number, so two things show that they are old. The firmware answers each
 /// question once: one too many means that old ones were queued somewhere; then samples are withheld
@@ -78,6 +79,7 @@ class FalconExchange {
   int64_t busy_ns_ = 0;     // until then misses are none
   int64_t met_ns_ = 0;      // the last challenge that was met
   int64_t patience_ns_ = kAskAgainNs;
+  MotorCommand told_;                // with the last question
   int64_t quiet_ns_ = kQuietNs / 2;  // twice that after the next challenge that is missed
   int owed_ = 0;                     // answers that may still come
   bool alone_ = false;               // no other question was under way with the last one

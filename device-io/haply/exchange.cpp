@@ -12,7 +12,9 @@ constexpr int kMostDoubt = 8 * kDoubtOfOld;
 }  // namespace
 
 bool HaplyExchange::may_ask(int64_t t_ns) const noexcept {
-  return times_ == 0 || t_ns - asked_ns_ >= patience_ns_;
+  const bool owes_zero = mailbox_.owes_zero(told_, t_ns);
+  const int64_t patience_ns = owes_zero ? std::min(patience_ns_, kAskAgainNs) : patience_ns_;
+  return times_ == 0 || t_ns - asked_ns_ >= patience_ns;
 }
 
 /// Another one than the last.
@@ -37,8 +39,8 @@ HaplyQuestion HaplyExchange::ask(int64_t t_ns) noexcept {
   asked_ns_ = t_ns;
   ++times_;
   ++asked_;
-  const MotorCommand command = mailbox_.command_at(t_ns).value_or(MotorCommand{});
-  return encode_haply(number_, command.motors[0], command.motors[1]);
+  told_ = mailbox_.command_at(t_ns).value_or(MotorCommand{});
+  return encode_haply(number_, told_.motors[0], told_.motors[1]);
 }
 
 void HaplyExchange::doubt(int change) noexcept {

@@ -13,7 +13,8 @@ namespace haptic {
 /// no clock of its own.
 ///
 /// A question that is not answered within kAskAgainNs is asked again, with the same number, then
-/// each time after twice as long; then as many answers may come as it was asked.
+/// each time after twice as long, but for the first that tells the motors zero; then as many
+/// answers may come as it was asked.
 ///
 /// Numbers follow each other at random, so an answer with another number than the question's is
 /// old, and not used. Eight of those are stale, with few good ones between, until 256 good ones
@@ -47,6 +48,7 @@ class HaplyExchange {
   HaplyReader reader_;
   uint64_t asked_ = 0, answered_ = 0, old_ = 0;
   int64_t asked_ns_ = 0, first_asked_ns_ = 0, patience_ns_ = kAskAgainNs;
+  MotorCommand told_;       // with the last question
   uint8_t number_ = 0;      // of the last question
   int times_ = 0;           // it was asked; 0: it is answered
   uint8_t before_ = 0;      // number of the last one that was answered

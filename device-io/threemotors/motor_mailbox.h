@@ -22,6 +22,10 @@ struct MotorCommand {
   uint8_t flags = 0;                // of the device
 };
 
+constexpr bool is_zero(const MotorCommand& command) {
+  return command.motors == std::array<int16_t, 3>{};
+}
+
 /// What the servo and a thread of transfers tell each other, by atomics alone: neither waits. One
 /// writer and one reader each way; the newest counts.
 ///
@@ -42,6 +46,10 @@ class MotorMailbox {
   /// The servo's command, with motors at zero once it is older than kCommandLifeNs; none: there has
   /// been no command yet.
   std::optional<MotorCommand> command_at(int64_t t_ns) const noexcept;
+  /// Whether a device that was told this last is now to be told zero: no back-off puts that off.
+  bool owes_zero(const MotorCommand& told, int64_t t_ns) const noexcept {
+    return !is_zero(told) && is_zero(command_at(t_ns).value_or(MotorCommand{}));
+  }
   void put(const MotorSample& sample) noexcept;
   void set_stale(bool stale) noexcept { stale_.store(stale, std::memory_order_release); }
   void set_gone() noexcept { gone_.store(true, std::memory_order_release); }

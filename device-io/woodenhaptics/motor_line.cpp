@@ -181,6 +181,12 @@ std::optional<MotorLine::Sample> MotorLine::hear(int64_t now_ns) {
   return sample;
 }
 
+bool MotorLine::may_say() const {
+  const bool owes_zero = lost_ && homed_ && currents_ != Milliamperes{};
+  const int64_t patience_ns = owes_zero ? std::min(patience_ns_, kAskAgainNs) : patience_ns_;
+  return !gone_ && !(awaiting_ && now_ns_ - asked_ns_ < patience_ns);
+}
+
 void MotorLine::say(Milliamperes currents) {
   patience_ns_ = awaiting_ ? std::min(2 * patience_ns_, kAskAgainMostNs) : kAskAgainNs;
   // a zero is then the last of the waiting lines, of which the firmware obeys at most the last

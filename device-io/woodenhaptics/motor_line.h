@@ -47,8 +47,9 @@ class MotorLine {
   std::optional<Sample> hear(int64_t now_ns);
 
   /// Whether a line may be sent: none is under way, or it is older than 5 ms, doubled after each
-  /// lost line up to 100 ms: the firmware would drop both.
-  bool may_say() const { return !gone_ && !(awaiting_ && now_ns_ - asked_ns_ < patience_ns_); }
+  /// lost line up to 100 ms: the firmware would drop both. The first zero after a loss is not put
+  /// off by that doubling.
+  bool may_say() const;
   /// Sends these currents, or those that the state of the line demands. Call it if may_say().
   void say(Milliamperes currents);
 

@@ -19,11 +19,6 @@ inline constexpr uint32_t kMaxGuides = 6;  // in a set: they fix a body
 /// does, so that a hand that has pulled already feels no step.
 inline constexpr double kGraspTime = 0.200;
 
-/// Time in which a grasp lets go of a body with mass that no sim moves, from when its extrapolation
-/// has ended [s]: as contacts that are too old fade. A pull that went on would be stored in the
-/// spring, and throw the body when sim is back.
-inline constexpr double kLetGoTime = 0.050;
-
 constexpr uint64_t guide_feature(uint32_t index) {
   return kGuideKind << kFeatureKindBit | index;
 }

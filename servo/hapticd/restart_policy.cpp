@@ -10,13 +10,16 @@ namespace {
 
 constexpr int64_t kLatePulseNs = 20 * kMs;  // logged beyond it
 constexpr int64_t kHungNs = 250 * kMs;      // killed beyond it
+constexpr int64_t kLivedNs = 200 * kMs;     // a shorter life ends by what it does at its start
 
 }  // namespace
 
-int64_t restart_delay_ns(int deaths_in_a_row) {
+int64_t restart_delay_ns(int deaths_in_a_row, int64_t lived_ns) {
   constexpr std::array kDelays{0 * kMs, 50 * kMs, 200 * kMs, 1000 * kMs};
   const size_t last = kDelays.size() - 1;
-  return kDelays[std::min(static_cast<size_t>(std::max(deaths_in_a_row - 1, 0)), last)];
+  const int64_t delay_ns =
+      kDelays[std::min(static_cast<size_t>(std::max(deaths_in_a_row - 1, 0)), last)];
+  return lived_ns < kLivedNs ? delay_ns : std::min(delay_ns, lived_ns / 4);
 }
 
 Pulse judge_pulse(int64_t silent_ns, int64_t period_ns) {

@@ -5,9 +5,10 @@
 
 namespace haptic {
 
-/// Delay before restarting a process after its n-th death in a row (n = 1, 2, …): 0, 50 ms, 200 ms,
-/// then 1 s.
-int64_t restart_delay_ns(int deaths_in_a_row);
+/// Delay before restarting a process after its n-th death in a row (n = 1, 2, …), of a life of
+/// `lived_ns`: 0, 50 ms, 200 ms, then 1 s; but of a life of 200 ms and more at most a quarter of
+/// it, so that whoever kills it at a steady rate leaves it four fifths of the time.
+int64_t restart_delay_ns(int deaths_in_a_row, int64_t lived_ns);
 
 /// Uptime after which the next death counts as the first [ns].
 inline constexpr int64_t kHealthyNs = 10'000'000'000;

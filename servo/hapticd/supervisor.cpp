@@ -398,7 +398,8 @@ bool Supervisor::is_hopeless(Process& process, int status) {
     exit_code_ = kExitCrash;
     return true;
   }
-  process.deaths_unborn = ran ? 0 : process.deaths_unborn + 1;
+  // what has run with this input may run again, however often it is killed
+  process.deaths_unborn = process.ever_ran ? 0 : process.deaths_unborn + 1;
   if (process.deaths_unborn < kMostDeathsUnborn) return false;
   log_.write(LogLevel::kError, process.name,
              std::string(process.program) + " " + how_it_ended(status, process.child.preparing) +
@@ -419,7 +420,7 @@ void Supervisor::reap(Process& process) {
   }
   const int64_t t_ns = now_ns();
   if (t_ns - process.started_ns >= kHealthyNs) process.deaths_in_a_row = 0;
-  const int64_t delay_ns = restart_delay_ns(++process.deaths_in_a_row);
+  const int64_t delay_ns = restart_delay_ns(++process.deaths_in_a_row, t_ns - process.started_ns);
   process.restart_at_ns = t_ns + delay_ns;
   if (process.id == ServoChannels::kId) keep_fault();
   log_.write(LogLevel::kWarning, process.name,

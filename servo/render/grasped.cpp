@@ -16,6 +16,9 @@ namespace {
 constexpr double kLeastSpring = 1e-6;  // that a metric can be made of [N/m]
 constexpr double kLeastTurn = 1e-3;    // of k_T radius², the same of rotation
 constexpr double kPointRadius = 0.01;  // stands for that of a tool that is a point [m]
+// a body that has been left behind comes after as a slow hand moves
+constexpr double kTakeUp = 0.05;        // [m/s]
+constexpr double kTakeUpTurning = 0.5;  // [rad/s]
 
 bool is_body(const RenderQuestion& question) {
   return is_of_body(static_cast<Renderer>(question.contacts.renderer));
@@ -54,18 +57,51 @@ double bound_of(double limit, double force_scale, double of_coupling) {
   return of_coupling > 0 && (of_coupling < most || !(most > 0)) ? of_coupling : most;
 }
 
-Wrench wrench_of(const ServoModel& model, const Hold& hold, const RenderQuestion& question) {
+/// A vector that is shorter by at most that.
+Vec3 shortened(const Vec3& v, double by) {
+  const double length = norm(v);
+  return length > by ? (1 - by / length) * v : Vec3{};
+}
+
+/// The spring's way, without the slip. It gives way where the body stands and the spring would pull
+/// harder than before, and is taken up where the body moves.
+Twist spring_way(const ServoModel& model, const Hold& hold, const Coupling& c, bool stands,
+                 GraspState& state) {
+  const Twist whole = way_between(hold.X_WT, hold.X_WP);
+  if (!stands) {
+    state.slip = {shortened(state.slip.v, model.dt * kTakeUp),
+                  shortened(state.slip.w, model.dt * kTakeUpTurning)};
+    return whole - state.slip;
+  }
+  Twist way = whole - state.slip;
+  const auto give_way = [&](Vec3& part, double stiffness, double most) {
+    if (norm(part) * hold.share * stiffness <= most) return;
+    part = most / (norm(part) * hold.share * stiffness) * part;
+  };
+  give_way(way.v, c.translational_stiffness, state.force);
+  give_way(way.w, c.rotational_stiffness, state.torque);
+  state.slip = whole - way;
+  return way;
+}
+
+Wrench wrench_of(const ServoModel& model, const Hold& hold, const RenderQuestion& question,
+                 bool stands, GraspState& state) {
   const Coupling& c = question.coupling;
-  const Twist way = way_between(hold.X_WT, hold.X_WP);
+  const Twist way = spring_way(model, hold, c, stands, state);
   const Twist V = hold.V_WP - hold.V_WT;
   const VirtualCoupling& bounds = model.body.coupling;
   const double scale = model.map.force_scale;
   Wrench F;
   F.f = bounded(hold.share * (c.translational_stiffness * way.v + c.translational_damping * V.v),
                 bound_of(model.limits.max_force, scale, bounds.max_force));
-  if (!is_body(question)) return F;
-  F.t = bounded(hold.share * (c.rotational_stiffness * way.w + c.rotational_damping * V.w),
-                bound_of(model.limits.max_torque, scale, bounds.max_torque));
+  if (is_body(question)) {
+    F.t = bounded(hold.share * (c.rotational_stiffness * way.w + c.rotational_damping * V.w),
+                  bound_of(model.limits.max_torque, scale, bounds.max_torque));
+  }
+  if (stands)
+    return {shortened(F.f, norm(F.f) - state.force), shortened(F.t, norm(F.t) - state.torque)};
+  state.force = norm(F.f);
+  state.torque = norm(F.t);
   return F;
 }
 
@@ -77,10 +113,8 @@ Hold hold_of(const ServoModel& model, GraspState& state, const RenderQuestion& q
   Hold hold;
   const GuideRows guides = body.is_wanted ? guide_rows(question.contacts) : GuideRows{};
   if (guides.object != state.object) state = begun(guides.object, question);
-  if (guides.object >= kMaxObjects || state.is_over) return hold;
-  const double growth = body.stands ? -model.dt / kLetGoTime : model.dt / kGraspTime;
-  state.strength = std::clamp(state.strength + growth, 0.0, 1.0);
-  state.is_over = !(state.strength > 0);
+  if (guides.object >= kMaxObjects) return hold;
+  state.strength = std::min(state.strength + model.dt / kGraspTime, 1.0);
 
   const TickScene& scene = question.scene;
   const Pose& X_WO = scene.X_WO[guides.object];
@@ -97,6 +131,7 @@ Hold hold_of(const ServoModel& model, GraspState& state, const RenderQuestion& q
   hold.V_WP = {velocity_at(V_WO, hold.X_WP.p - X_WO.p), V_WO.w};
   // a point has no orientation of its own
   if (!is_body(question)) hold.V_WP.w = question.V_WT.w;
+  hold.F_W = wrench_of(model, hold, question, body.stands, state);
   return hold;
 }
 
@@ -111,16 +146,14 @@ void draw_tool(const Hold& hold, GraspState& state, RenderQuestion& question, Ti
   scene.held_share = 1 - state.strength;
 }
 
-void add_hold(const ServoModel& model, const Hold& hold, const RenderQuestion& question,
-              Rendered& rendered) {
+void add_hold(const Hold& hold, const RenderQuestion& question, Rendered& rendered) {
   if (!hold.holds() || !(hold.share > 0) || !rendered.finite) return;
-  const Wrench F_W = wrench_of(model, hold, question);
-  rendered.F_W = rendered.F_W + F_W;
+  rendered.F_W = rendered.F_W + hold.F_W;
   rendered.n_pushing += hold.n_rows;
   rendered.surface_W = hold.V_WP.v;
   rendered.surface_turning_W = is_body(question) ? hold.V_WP.w : Vec3{};
   Wrench& push_W = rendered.push_W[hold.object];
-  push_W = push_W + shift(F_W, hold.X_WP.p - rendered.X_WP.p);
+  push_W = push_W + shift(hold.F_W, hold.X_WP.p - rendered.X_WP.p);
 }
 
 }  // namespace haptic

@@ -9,9 +9,10 @@ namespace haptic {
 struct GraspState {
   uint32_t object = kMaxObjects;  // kMaxObjects: nothing is held
   double strength = 0;            // 0 to 1
-  bool is_over = false;           // it has let go
   Pose X_WT;                      // the drawn tool of the last tick
   Pose X_OP;                      // where it was held in the last tick
+  Twist slip;  // by which the hold has given way: its springs are so much shorter [m], [rad]
+  double force = 0, torque = 0;  // of the hold when sim last moved the body [N], [N·m]
 };
 
 /// What holds the tool in this tick.
@@ -23,6 +24,7 @@ struct Hold {
   Twist V_WP;  // its velocity, with the object
   Pose X_WT;   // the hand, as the springs see it
   Twist V_WT;
+  Wrench F_W;  // on the tool, at X_WP
   bool holds() const { return object < kMaxObjects; }
 };
 
@@ -32,10 +34,13 @@ struct HeldBody {
   bool stands = false;     // it has mass, and no sim moves it: what pulls at it would be stored
 };
 
-/// What the guide rows of the contacts hold while the button is down. Their strength s grows from 0
-/// to 1 within kGraspTime (proto/wire/guide.h) from their first tick on, and is multiplied by the
-/// weight w that the contacts' age leaves. While the body stands it falls, within kLetGoTime, and a
-/// grasp that has come to nothing is over until the button goes down again.
+/// What the guide rows of the contacts hold while the button is down, with the wrench
+///   F = s w [ K (X_P − X_T − slip) + B (V_P − V_T) ],
+/// which pulls as well as pushes, no harder than the device can (safety's limit). The strength s
+/// grows from 0 to 1 within kGraspTime (proto/wire/guide.h) from the first tick on; w is the weight
+/// that the contacts' age leaves. While the body stands, since no sim moves it, the hold pulls as
+/// hard as it did and no harder: what the hand moves beyond that is slip, or the spring would store
+/// it and throw the body when sim is back. After that the slip is taken up at kTakeUp.
 Hold hold_of(const ServoModel& model, GraspState& state, const RenderQuestion& question,
              const HeldBody& body);
 
@@ -46,12 +51,9 @@ Hold hold_of(const ServoModel& model, GraspState& state, const RenderQuestion& q
 /// left.
 void draw_tool(const Hold& hold, GraspState& state, RenderQuestion& question, TickScene& scene);
 
-/// Adds to what the solver came to the wrench of the hold,
-///   F = s w [ K (X_P − X_T) + B (V_P − V_T) ],
-/// which pulls as well as pushes, no harder than the device can (safety's limit): the object is
-/// pushed with −F at X_P, and never by more than the hand feels. With the proxy drawn by the same
-/// share, the springs of hold and contacts are in series: together they are never stiffer than K.
-void add_hold(const ServoModel& model, const Hold& hold, const RenderQuestion& question,
-              Rendered& rendered);
+/// Adds the wrench of the hold to what the solver came to: the object is pushed with −F at X_P.
+/// With the proxy drawn by the same share, the springs of hold and contacts are in series: together
+/// they are never stiffer than K.
+void add_hold(const Hold& hold, const RenderQuestion& question, Rendered& rendered);
 
 }  // namespace haptic

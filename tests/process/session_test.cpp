@@ -8,6 +8,8 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "proto/ipc/control_socket.h"
@@ -414,6 +416,39 @@ TEST_CASE("session: what keeps dying is started again ever more slowly, what is 
   // meanwhile the process that does not listen was killed in the end
   CHECK(deaf->exit_code() == 0);
   CHECK(deaf->said("haptic-contact did not stop in time and is killed"));
+}
+
+TEST_CASE("session: a contact that is killed whenever it starts is started again for ever") {
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({kPlane, "--session", "killed"}, folder.path());
+  Watcher watcher("killed");
+  REQUIRE(eventually([&] { return watcher.contact.latest(watcher.contact_set); }));
+  const auto contacts = [&] {
+    std::vector<pid_t> found;
+    const std::string children = "/proc/" + std::to_string(hapticd.pid()) + "/task/" +
+                                 std::to_string(hapticd.pid()) + "/children";
+    std::ifstream in(children);
+    for (pid_t pid = 0; in >> pid;) {
+      std::string name;
+      std::getline(std::ifstream("/proc/" + std::to_string(pid) + "/comm") >> std::ws, name);
+      if (name == "haptic-contact") found.push_back(pid);
+    }
+    return found;
+  };
+  // one more than what has never run is given; the spares too
+  constexpr size_t kKills = 10;
+  std::set<pid_t> killed;
+  CHECK(eventually([&] {
+    for (const pid_t pid : contacts()) {
+      if (kill(pid, SIGKILL) == 0) killed.insert(pid);
+    }
+    return killed.size() >= kKills || !is_alive(static_cast<uint64_t>(hapticd.pid()));
+  }));
+  const uint64_t before = watcher.contact.generation();
+  CHECK(eventually([&] {
+    return watcher.contact.latest(watcher.contact_set) && watcher.contact.generation() > before;
+  }));
+  CHECK_FALSE(hapticd.said("times before it ran"));
 }
 
 TEST_CASE("session: with --log-json hapticd writes one object a line") {

@@ -119,6 +119,85 @@ TEST_CASE("grasp: a tool with six degrees of freedom carries a body, and turns i
   CHECK(norm(seen - kMass * V_WO.v) < 1e-9 * kMass);
 }
 
+TEST_CASE("grasp: a resting hand does not notice that sim stands still or dies", "[grasp]") {
+  constexpr double kMass = 0.1, kStiffness = 800;
+  const int outage = GENERATE(5, 25, 35, 45, 65, 200);  // [ms]
+  const bool is_killed = GENERATE(false, true);
+  const double damping = GENERATE(0.0, 2.0);
+  CAPTURE(outage, is_killed, damping);
+  // it lies on what is behind it until it is taken
+  PushedSession session(kMass, kStiffness);
+  session.config.map.grasp_button = 0;
+  session.config.coupling.translational_damping = damping;
+  session.config.gravity_W = {kGravity, 0, 0};
+  session.add_box({kBoxEdge, 0.1, 0.1}, {0.03 + kBoxEdge, 0, 0}, 0);
+  HandModel model;
+  model.mass = 1e6;
+  model.stiffness = model.damping = 0;
+  model.x = kFace + 0.1e-3;
+  model.presses = [](double t) { return t > 0.01; };
+  Pushed pushed(session, model);
+  Lockstep& lockstep = pushed.lockstep;
+  felt(lockstep, 300);
+  pushed.hand.move_at(-0.02);
+  felt(lockstep, 1000);
+  pushed.hand.move_at(0);
+  // until it hangs still: what it swings by has no damper but this
+  session.config.coupling.translational_damping = 5;
+  lockstep.control().translational_damping = 5;
+  felt(lockstep, 1500);
+  lockstep.control().translational_damping = damping;
+  felt(lockstep, 500);
+  const double before = lockstep.frame().F_coupling_W.f.x;
+  CHECK(before == Approx(kMass * kGravity).epsilon(0.01));
+  is_killed ? lockstep.kill_sim() : lockstep.stop_sim();
+  double most = 0;
+  const auto watch = [&](int n_ticks) {
+    for (int k = 0; k < n_ticks; ++k) {
+      REQUIRE(lockstep.step());
+      most = std::max(most, std::fabs(lockstep.frame().F_coupling_W.f.x - before));
+    }
+  };
+  watch(outage);
+  is_killed ? lockstep.restart_sim() : lockstep.continue_sim();
+  watch(1500);
+  CAPTURE(before, most);
+  CHECK(most <= 0.2);
+}
+
+TEST_CASE("grasp: what the hand pulls while sim is away does not throw the body", "[grasp]") {
+  constexpr double kMass = 0.1;
+  const int outage = GENERATE(60, 200, 1000);  // [ms]
+  CAPTURE(outage);
+  PushedSession session(kMass, 800);
+  session.config.map.grasp_button = 0;
+  session.config.coupling.translational_damping = 2;
+  HandModel model;
+  model.mass = 1e6;
+  model.stiffness = model.damping = 0;
+  model.x = kFace + 0.1e-3;
+  model.presses = [](double t) { return t > 0.01; };
+  Pushed pushed(session, model);
+  Lockstep& lockstep = pushed.lockstep;
+  felt(lockstep, 500);
+  lockstep.kill_sim();
+  felt(lockstep, 25);
+  pushed.hand.move_at(-0.3);
+  felt(lockstep, outage);
+  pushed.hand.move_at(0);
+  lockstep.restart_sim();
+  double fastest = 0;
+  for (int k = 0; k < 8000; ++k) {
+    REQUIRE(lockstep.step());
+    fastest = std::max(fastest, norm(lockstep.scene().V_WO[0].v));
+  }
+  // it comes after, at the speed at which the hold takes up what it gave way by
+  const double apart = lockstep.scene().X_WO[0].p.x - 0.03 - (pushed.hand.hand().x - kFace);
+  CAPTURE(fastest, apart);
+  CHECK(fastest < 0.2);
+  CHECK(std::fabs(apart) < 2e-3);
+}
+
 TEST_CASE("scene carry: one block is lifted, laid on the other and brought back", "[grasp]") {
   const SessionConfig config = load_config(from_source("configs/carry.toml"));
   std::deque<MeshShapeData> owned;

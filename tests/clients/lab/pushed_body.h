@@ -63,7 +63,7 @@ class PushingHand : public Device {
   void write(const Wrench& F_B) override { held_ = F_B.f.x; }
   void stop() override { held_ = 0; }
   const HandModel& hand() const { return model_; }
-  void stand_still() { model_.v = 0; }
+  void move_at(double speed) { model_.v = speed; }
 
  private:
   HandModel model_;
@@ -72,6 +72,7 @@ class PushingHand : public Device {
 };
 
 inline constexpr double kBoxEdge = 0.02;  // [m]
+inline constexpr double kGravity = 9.81;  // [m/s²]
 
 /// A session of that box, its middle at x = 30 mm, and of a point that pushes it.
 struct PushedSession {

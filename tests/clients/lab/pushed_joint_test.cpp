@@ -152,7 +152,7 @@ TEST_CASE("pushed joint: at rest a damper takes nothing of what a spring holds",
   hand.v = 0.02;
   Pushed pushed(session, hand, latency);
   felt(pushed.lockstep, 350);
-  pushed.hand.stand_still();
+  pushed.hand.move_at(0);
   const double exact = kSpring / 2 * (pushed.hand.hand().x - kFace);
   const std::vector<double> force = felt(pushed.lockstep, 1'500);
   CAPTURE(exact, force.back(), largest_step(force, 200));

@@ -13,10 +13,22 @@ using haptic::restart_delay_ns;
 using haptic::Silence;
 
 TEST_CASE("restart policy: at once, then ever more slowly, a second at most", "[servo]") {
-  CHECK(restart_delay_ns(1) == 0);
-  CHECK(restart_delay_ns(2) == 50 * kMs);
-  CHECK(restart_delay_ns(3) == 200 * kMs);
-  for (const int deaths : {4, 5, 1000}) CHECK(restart_delay_ns(deaths) == 1000 * kMs);
+  const int64_t lived = GENERATE(0 * kMs, 199 * kMs);
+  CHECK(restart_delay_ns(1, lived) == 0);
+  CHECK(restart_delay_ns(2, lived) == 50 * kMs);
+  CHECK(restart_delay_ns(3, lived) == 200 * kMs);
+  for (const int deaths : {4, 5, 1000}) CHECK(restart_delay_ns(deaths, lived) == 1000 * kMs);
+}
+
+TEST_CASE("restart policy: what is killed at a steady rate lives four fifths of the time",
+          "[servo]") {
+  const int64_t period = GENERATE(300 * kMs, 1000 * kMs, 3000 * kMs);
+  int64_t lived = period;
+  for (int deaths = 1; deaths < 100; ++deaths) {
+    lived = period - restart_delay_ns(deaths, lived);
+    REQUIRE(lived >= 3 * period / 4);
+  }
+  CHECK(lived >= 79 * period / 100);
 }
 
 TEST_CASE("restart policy: a heart is late after 20 ms and has stopped after 250 ms", "[servo]") {
