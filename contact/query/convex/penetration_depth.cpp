@@ -80,7 +80,8 @@ PenetrationDepth penetration_depth(const HullPair& pair, ConvexPairState& state)
   DepthSearch search(pair);
   start_from_last(search, state);
   if (state.overlapping == 0 || ++state.age >= kLookElsewhere) {
-    if (!search.has_best) search.suspect = true;  // a new pair: no start is known to be good
+    // of a new pair no minimum is known to be the least
+    search.suspect |= state.overlapping == 0;
     search.look_elsewhere(state);
     state.age = 0;
   }

@@ -19,14 +19,14 @@ struct PenetrationDepth {
 
 /// Penetration depth of hull b at X_AB in the frame of hull a: DEEP (Kim, Lin, Manocha 2002), a
 /// walk down the vertices of the overlay of the Gauss maps, each a facet of A ⊕ (−B) with the
-/// distance of its plane from the origin. It starts at the last features of the state; a new pair,
-/// and now and then any, also at the direction between the centroids and at the last separating
-/// normal. From the local minimum it searches all vertices around from which a convex body may
-/// still hide a better one within 0.8 rad (7/√vertices rad, if less); where that takes too long, or
-/// another start was better, the minimum is suspect and expand_polytope() finds the exact one. The
-/// depth is that of a direction, so never below the exact one. Where a virtual feature won, the
-/// best real one of its neighbourhood whose facet holds the foot takes its place. No allocation;
-/// bounded work.
+/// distance of its plane from the origin. It starts at the last features of the state, or at the
+/// last separating normal; a new pair, and now and then any, also at the direction between the
+/// centroids. From the local minimum it searches all vertices around from which a convex body may
+/// still hide a better one within 0.8 rad (7/√vertices rad, if less). Where that takes too long, or
+/// another start was better, or the pair has not overlapped before, the minimum is suspect and
+/// expand_polytope() finds the exact one. The depth is that of a direction, so never below the
+/// exact one. Where a virtual feature won, the best real one of its neighbourhood whose facet holds
+/// the foot takes its place. No allocation; bounded work.
 PenetrationDepth penetration_depth(const HullPair& pair, ConvexPairState& state);
 
 }  // namespace haptic
