@@ -96,6 +96,7 @@ int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
   const ContactModel model = build_contact_model(child.config(), baked.shapes());
   auto state = std::make_unique<ContactState>(model);
   std::vector<SealedEye> eyes = make_eye_files(child.config(), baked, say);
+  give_back_memory();
   child.attach();
   if (arguments.spare_fd >= 0) {
     warm_up(model, *state, hand);

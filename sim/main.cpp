@@ -71,6 +71,7 @@ int run(const ChildArguments& arguments) {
   for (const BakedPieces& object : baked.pieces) pieces.push_back(object.tree);
   const SimModel model = build_sim(child.config(), shapes, pieces);
   const auto state = std::make_unique<SimState>();
+  give_back_memory();
   child.attach();
   const bool moves_bodies = !model.bodies.with_mass.empty();
   child.enter_realtime(

@@ -121,6 +121,7 @@ int run_child(int argc, char** argv, int (*run)(const ChildArguments&)) {
   const char* program = slash != nullptr ? slash + 1 : argc > 0 ? argv[0] : "child";
   try {
     if (introduce(argc, argv, program)) return kExitClean;
+    use_small_thread_stacks();
     return run_parsed(program, run, parse_child_arguments(argc, argv));
   } catch (const std::exception& error) {
     return fail(program, error.what(), kExitBadInput);

@@ -3,6 +3,8 @@
 
 #include <alloca.h>
 #include <linux/capability.h>
+#include <malloc.h>
+#include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -85,6 +87,20 @@ Tick DeadlineClock::wait() noexcept {
   // hybrid: absorbs the lateness of the wake-up
   while (woke_ns < deadline_ns) woke_ns = now_ns();
   return {index, deadline_ns, woke_ns - deadline_ns, skipped_};
+}
+
+void use_small_thread_stacks() noexcept {
+  constexpr size_t kStackBytes = size_t{512} * 1024;  // twice what enter_realtime() touches of it
+  pthread_attr_t attributes;
+  if (pthread_getattr_default_np(&attributes) != 0) return;
+  if (pthread_attr_setstacksize(&attributes, kStackBytes) == 0) {
+    pthread_setattr_default_np(&attributes);
+  }
+  pthread_attr_destroy(&attributes);
+}
+
+void give_back_memory() noexcept {
+  malloc_trim(0);
 }
 
 bool may_lock_all_memory() noexcept {

@@ -2,6 +2,7 @@
 #include "proto/os/realtime.h"
 #include "proto/math/units.h"
 
+#include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -14,6 +15,7 @@
 #include <cerrno>
 #include <random>
 #include <string>
+#include <thread>
 
 namespace haptic {
 namespace {
@@ -173,6 +175,25 @@ TEST_CASE("realtime: with rights the thread is FIFO and what it forks is not") {
     return;
   }
   CHECK(said == "granted");
+}
+
+TEST_CASE("realtime: a thread's stack is small, and holds what a real-time thread touches of it") {
+  // in a process of its own: it is the default of all threads from then on
+  const pid_t child = fork();
+  if (child == 0) {
+    use_small_thread_stacks();
+    size_t bytes = 0;
+    std::thread([&] {
+      pthread_attr_t attributes;
+      pthread_getattr_np(pthread_self(), &attributes);
+      pthread_attr_getstacksize(&attributes, &bytes);
+      enter_realtime({.fifo_priority = 0, .lock_memory = false});
+    }).join();
+    _exit(bytes > 256 * 1024 && bytes <= 1024 * 1024 ? 0 : 1);
+  }
+  int status = -1;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(status == 0);
 }
 
 TEST_CASE("realtime: memory is locked as a whole only where that cannot fail later") {
