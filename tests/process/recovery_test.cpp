@@ -77,17 +77,18 @@ void check_gap(const std::string& file) {
   for (const Event& event : trace.read(kEventTopic)) {
     if (event.code == static_cast<uint32_t>(EventCode::kSessionBack)) gaps.push_back(event);
   }
-  REQUIRE(gaps.size() == 1);
-  CHECK(gaps[0].numbers[0] > 0);
+  // on a busy machine the killed one may still be reached, and hangs up
+  REQUIRE(!gaps.empty());
+  const Event& gap = gaps.back();
+  CHECK(gap.numbers[0] > 0);
   size_t before = 0, after = 0;
   for (const ServoFrame& frame : frames) {
-    (frame.t_ns < gaps[0].t_ns - static_cast<int64_t>(1e9 * gaps[0].numbers[0]) + 1'000'000
-         ? before
-         : after) += 1;
+    (frame.t_ns < gap.t_ns - static_cast<int64_t>(1e9 * gap.numbers[0]) + 1'000'000 ? before
+                                                                                    : after) += 1;
   }
   CHECK(before > kEnough);
   CHECK(after > kEnough);
-  CHECK(frames[before - 1].tick == static_cast<uint64_t>(gaps[0].numbers[1]));
+  CHECK(frames[before - 1].tick == static_cast<uint64_t>(gap.numbers[1]));
 }
 
 /// A block of 20 kg that floats, and a hand that strokes it.

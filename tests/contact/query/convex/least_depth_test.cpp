@@ -24,10 +24,10 @@ struct Point {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
   }
 };
-Real dot(const Point& a, const Point& b) {
+Real dot_of(const Point& a, const Point& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
-Point cross(const Point& a, const Point& b) {
+Point cross_of(const Point& a, const Point& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
@@ -53,13 +53,13 @@ Real least_support(const HullData& hull_a, const HullData& hull_b, const Pose& X
   const std::vector<Point> a = placed(hull_a, {}), b = placed(hull_b, X_AB);
   Real least = std::numeric_limits<Real>::infinity();
   const auto look = [&](const Point& way) {
-    const Real length = std::sqrt(dot(way, way));
+    const Real length = std::sqrt(dot_of(way, way));
     if (!(length > 1e-14L * 1e-4L)) return;
     for (const Real sign : {1.0L, -1.0L}) {
       const Point n{sign * way.x / length, sign * way.y / length, sign * way.z / length};
       Real most = -std::numeric_limits<Real>::infinity(), fewest = -most;
-      for (const Point& p : a) most = std::max(most, dot(n, p));
-      for (const Point& p : b) fewest = std::min(fewest, dot(n, p));
+      for (const Point& p : a) most = std::max(most, dot_of(n, p));
+      for (const Point& p : b) fewest = std::min(fewest, dot_of(n, p));
       least = std::min(least, most - fewest);
     }
   };
@@ -80,13 +80,13 @@ Real least_support(const HullData& hull_a, const HullData& hull_b, const Pose& X
     for (const HullFace& face : hull.faces) {
       const Point& p = points[hull.edges[face.first_edge].from];
       for (uint32_t k = 1; k + 1 < face.n_edges; ++k) {
-        look(cross(points[hull.edges[face.first_edge + k].from] - p,
-                   points[hull.edges[face.first_edge + k + 1].from] - p));
+        look(cross_of(points[hull.edges[face.first_edge + k].from] - p,
+                      points[hull.edges[face.first_edge + k + 1].from] - p));
       }
     }
   }
   for (const Point& e : edges_a) {
-    for (const Point& f : edges_b) look(cross(e, f));
+    for (const Point& f : edges_b) look(cross_of(e, f));
   }
   return least;
 }
