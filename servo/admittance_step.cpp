@@ -299,9 +299,7 @@ ServoFrame admittance_step(const ServoModel& model, ServoState& state, const Ser
     frame.held_back_W = {};
   }
   // what the scene holds back is what the hand pushes it with
-  const FeltShare felt = closed ? FeltShare{} : FeltShare{1, 1};
-  note_pushes(state.pushes, input.scene, scene, rendered,
-              {felt, felt_at(model, input.contacts, rendered), model.dt});
+  if (!closed) note_pushes(model, state.pushes, input, scene, rendered, {1, 1});
   note_frame(state, input, rendered, usable, frame);
   const double rim = rim_of(input.contacts);
   note_asked(own.seen, input.tick,

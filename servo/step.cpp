@@ -83,8 +83,7 @@ ServoFrame impedance_step(const ServoModel& model, ServoState& state, const Serv
   safety.surface_turning_B = surface_B.w;
   const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
   hold_wrench(state, rendered, safe, frame);
-  note_pushes(state.pushes, input.scene, scene, rendered,
-              {safe.felt, felt_at(model, input.contacts, rendered), model.dt});
+  note_pushes(model, state.pushes, input, scene, rendered, safe.felt);
   note_frame(state, input, rendered, usable, frame);
   return frame;
 }

@@ -61,10 +61,20 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
   draw_tool(hold, state.grasp, question, scene);
   Rendered rendered = solver(model, question, state.render);
   add_hold(hold, question, rendered);
-  if (soften_towards_light(model, question, input.scene, state.light, rendered)) {
+  // the body of an admittance device stops where the scene does: all that it loses is the object's
+  if (!model.admittance &&
+      soften_towards_light(model, question, input.scene, state.light, rendered)) {
     frame.flags |= kServoSoftened;
   }
   return rendered;
+}
+
+/// The point about which the hand feels the torque of a tool: its handle; of a point, which has
+/// none, the proxy.
+Vec3 felt_at(const ServoModel& model, const ContactSet* contacts, const Rendered& rendered) {
+  const bool is_body = contacts != nullptr && is_renderer(contacts->renderer) &&
+                       is_of_body(static_cast<Renderer>(contacts->renderer));
+  return is_body ? (rendered.X_WP * inverse(model.map.X_HT)).p : rendered.X_WP.p;
 }
 
 }  // namespace
@@ -131,23 +141,18 @@ void continue_pushes(PushCounters& pushes, int64_t t_ns) {
   pushes.t_ns = t_ns;
 }
 
-Vec3 felt_at(const ServoModel& model, const ContactSet* contacts, const Rendered& rendered) {
-  const bool is_body = contacts != nullptr && is_renderer(contacts->renderer) &&
-                       is_of_body(static_cast<Renderer>(contacts->renderer));
-  return is_body ? (rendered.X_WP * inverse(model.map.X_HT)).p : rendered.X_WP.p;
-}
-
-void note_pushes(PushCounters& pushes, const SceneFrame* scene, const TickScene& placed,
-                 const Rendered& rendered, const FeltPush& felt) {
+void note_pushes(const ServoModel& model, PushCounters& pushes, const ServoInput& input,
+                 const TickScene& placed, const Rendered& rendered, const FeltShare& felt) {
+  const SceneFrame* const scene = input.scene;
+  const Vec3 at_W = felt_at(model, input.contacts, rendered);
   const bool are_taken =
       scene == nullptr || takes_pushes(*scene, kFirstHand, pushes.since_ns, pushes.t_ns);
   for (uint32_t i = 0; i < kMaxObjects; ++i) {
     if (rendered.push_W[i] == Wrench{}) continue;
-    const Wrench push_W = shift(rendered.push_W[i], rendered.X_WP.p - felt.at_W);
-    const Wrench given_W{-felt.dt * felt.share.force * push_W.f,
-                         -felt.dt * felt.share.torque * push_W.t};
+    const Wrench push_W = shift(rendered.push_W[i], rendered.X_WP.p - at_W);
+    const Wrench given_W{-model.dt * felt.force * push_W.f, -model.dt * felt.torque * push_W.t};
     if (are_taken || !is_mobile(*scene, i)) {
-      pushes.impulse_W[i] = pushes.impulse_W[i] + shift(given_W, felt.at_W - placed.X_WO[i].p);
+      pushes.impulse_W[i] = pushes.impulse_W[i] + shift(given_W, at_W - placed.X_WO[i].p);
     } else {
       pushes.forgotten_W += given_W.f;
     }

@@ -27,22 +27,11 @@ ContactWeight weigh(ServoState& state, const ServoInput& input, double dt, Servo
 /// Brings the integral of the impulses up to this tick.
 void continue_pushes(PushCounters& pushes, int64_t t_ns);
 
-/// The point about which the hand feels the torque of a tool: its handle; of a point, which has
-/// none, the proxy.
-Vec3 felt_at(const ServoModel& model, const ContactSet* contacts, const Rendered& rendered);
-
-/// How much of a tick's wrench the hand feels.
-struct FeltPush {
-  FeltShare share;
-  Vec3 at_W;      // felt_at()
-  double dt = 0;  // [s]
-};
-
 /// Counts what the objects, where they are placed, are pushed with in this tick: the opposite of
 /// what they push the proxy with, as far as the hand feels it. What no sim moves a body by is
 /// forgotten: it is not given to the body later.
-void note_pushes(PushCounters& pushes, const SceneFrame* scene, const TickScene& placed,
-                 const Rendered& rendered, const FeltPush& felt);
+void note_pushes(const ServoModel& model, PushCounters& pushes, const ServoInput& input,
+                 const TickScene& placed, const Rendered& rendered, const FeltShare& felt);
 
 /// Where the objects are this tick: the newest scene carried on by twist and pushes, else where
 /// contact saw them.

@@ -57,8 +57,9 @@ double bound_of(double limit, double force_scale, double of_coupling) {
   return of_coupling > 0 && (of_coupling < most || !(most > 0)) ? of_coupling : most;
 }
 
-/// A vector that is shorter by at most that.
+/// The vector, shorter by `by` ≥ 0 but no shorter than zero.
 Vec3 shortened(const Vec3& v, double by) {
+  HAPTIC_ASSERT(by >= 0);
   const double length = norm(v);
   return length > by ? (1 - by / length) * v : Vec3{};
 }
@@ -99,7 +100,8 @@ Wrench wrench_of(const ServoModel& model, const Hold& hold, const RenderQuestion
                   bound_of(model.limits.max_torque, scale, bounds.max_torque));
   }
   if (stands)
-    return {shortened(F.f, norm(F.f) - state.force), shortened(F.t, norm(F.t) - state.torque)};
+    return {shortened(F.f, std::max(norm(F.f) - state.force, 0.0)),
+            shortened(F.t, std::max(norm(F.t) - state.torque, 0.0))};
   state.force = norm(F.f);
   state.torque = norm(F.t);
   return F;

@@ -17,7 +17,7 @@ constexpr double kMostStiff = 1;
 constexpr double kForget = 10;  // in which a share rises from 0 to 1 while nothing pushes [s]
 constexpr double kShared = 4;   // contacts that share no more stiffness: the corners of a box
 
-/// Of the spring between hand and object. Without a coupling that of the contacts.
+/// The spring between hand and object: the coupling, or without one that of the contacts.
 Coupling spring_of(const ServoModel& model, const RenderQuestion& question) {
   Coupling spring = question.coupling;
   const auto renderer = static_cast<Renderer>(question.contacts.renderer);

@@ -96,7 +96,7 @@ struct WorldJoints::Kept {
   // of the step under way
   Twist along;  // of a joint that leads: row of the speed along the coordinate, by its momentum
   double mobility = 0;      // change of the speed along the coordinate per impulse
-  double weight = 0;        // gravity along it
+  double weight = 0;        // gravity along it, of a joint that drives
   double pushed_speed = 0;  // what pushes add to the mean speed beyond that at the end
   double pushed_load = 0;   // of the hand, along it, in the mean
   // of a joint that drives: load of locks and contacts along it, and the speed without them
@@ -180,9 +180,8 @@ void WorldJoints::lead(Kept& kept, double dt, const PushedMean& pushed) {
     at.load += weight_at(kept, position);
     return at;
   };
-  kept.weight = weight_at(kept, kept.position);
   const double next = kept.is_free ? speed_by_mean_load(step, damping, load)
-                                   : speed_by_end(kept.joint, step, kept.weight);
+                                   : speed_by_end(kept.joint, step, weight_at(kept, kept.position));
   kept.smooth = next - speed;
   set_twist(kept.a, scaled(next, motion));
   kept.mobility = mobility;

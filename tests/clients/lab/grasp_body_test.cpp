@@ -51,6 +51,16 @@ class CarryingHand : public PushingHand {
   int ticks_ = 0;
 };
 
+/// A hand in the box's face that nothing stops, with its button down.
+HandModel unstoppable_hand() {
+  HandModel model;
+  model.mass = 1e6;
+  model.stiffness = model.damping = 0;
+  model.x = kFace + 0.1e-3;
+  model.presses = [](double t) { return t > 0.01; };
+  return model;
+}
+
 }  // namespace
 
 TEST_CASE("grasp: a tool with six degrees of freedom carries a body, and turns it if it feels that",
@@ -131,12 +141,7 @@ TEST_CASE("grasp: a resting hand does not notice that sim stands still or dies",
   session.config.coupling.translational_damping = damping;
   session.config.gravity_W = {kGravity, 0, 0};
   session.add_box({kBoxEdge, 0.1, 0.1}, {0.03 + kBoxEdge, 0, 0}, 0);
-  HandModel model;
-  model.mass = 1e6;
-  model.stiffness = model.damping = 0;
-  model.x = kFace + 0.1e-3;
-  model.presses = [](double t) { return t > 0.01; };
-  Pushed pushed(session, model);
+  Pushed pushed(session, unstoppable_hand());
   Lockstep& lockstep = pushed.lockstep;
   felt(lockstep, 300);
   pushed.hand.move_at(-0.02);
@@ -172,12 +177,7 @@ TEST_CASE("grasp: what the hand pulls while sim is away does not throw the body"
   PushedSession session(kMass, 800);
   session.config.map.grasp_button = 0;
   session.config.coupling.translational_damping = 2;
-  HandModel model;
-  model.mass = 1e6;
-  model.stiffness = model.damping = 0;
-  model.x = kFace + 0.1e-3;
-  model.presses = [](double t) { return t > 0.01; };
-  Pushed pushed(session, model);
+  Pushed pushed(session, unstoppable_hand());
   Lockstep& lockstep = pushed.lockstep;
   felt(lockstep, 500);
   lockstep.kill_sim();

@@ -70,6 +70,13 @@ TEST_CASE("grasped: while no sim moves the body the hold pulls as hard as it did
   for (int k = 0; k < 300; ++k) {
     CHECK(norm(point.tick(true, true).F_W.f) == Approx(norm(held)));
   }
+  // it comes half way back to where the hold is slack: the pull falls, and grows again no further
+  const Vec3 away = point.hand;
+  const double stiffness = point.model.coupling.translational_stiffness;
+  point.hand.x -= 0.5 * norm(held) / stiffness;
+  CHECK(norm(point.tick(true, true).F_W.f) == Approx(0.5 * norm(held)));
+  point.hand = away;
+  CHECK(norm(point.tick(true, true).F_W.f) == Approx(norm(held)));
   // sim is back: what it has given way by is taken up at 50 mm/s
   const double K = point.model.coupling.translational_stiffness;
   for (int k = 1; k <= 100; ++k) {
