@@ -19,11 +19,15 @@
 namespace haptic {
 namespace {
 
-// [µs] of FIFO without a sleep: SIGXCPU. The thread sanitizer is slower
+// kRunawayLimitUs [µs]: FIFO without a sleep, then SIGXCPU. kStackBytes: twice what
+// enter_realtime() touches. The thread sanitizer is slower, and keeps more than a mebibyte of its
+// own in each stack
 #if defined(__SANITIZE_THREAD__)
 constexpr rlim_t kRunawayLimitUs = 10'000'000;
+constexpr size_t kStackBytes = size_t{4096} * 1024;
 #else
 constexpr rlim_t kRunawayLimitUs = 2'000'000;
+constexpr size_t kStackBytes = size_t{512} * 1024;
 #endif
 constexpr size_t kPage = 4096;
 
@@ -90,7 +94,6 @@ Tick DeadlineClock::wait() noexcept {
 }
 
 void use_small_thread_stacks() noexcept {
-  constexpr size_t kStackBytes = size_t{512} * 1024;  // twice what enter_realtime() touches of it
   pthread_attr_t attributes;
   if (pthread_getattr_default_np(&attributes) != 0) return;
   if (pthread_attr_setstacksize(&attributes, kStackBytes) == 0) {
