@@ -16,6 +16,7 @@ constexpr Words<SoftSolver, 3> kSolvers{{{kSoftSolverNames[0], SoftSolver::kDire
                                          {kSoftSolverNames[2], SoftSolver::kQuasiStatic}}};
 constexpr Words<RigidSolver, 2> kRigidSolvers{
     {{"coulomb", RigidSolver::kCoulomb}, {"lcp", RigidSolver::kLcp}}};
+constexpr Words<Sharing, 2> kSharings{{{"corners", Sharing::kCorners}, {"none", Sharing::kNone}}};
 constexpr Words<Integrator, 3> kIntegrators{{{"explicit", Integrator::kExplicit},
                                              {"semi-implicit", Integrator::kSemiImplicit},
                                              {"implicit", Integrator::kImplicit}}};
@@ -58,6 +59,7 @@ void read_proxy(Section& root, ProxyConfig& proxy) {
   section->read_choice("integrator", words(kIntegrators), proxy.integrator);
   section->read_quantity("contact_stiffness", kStiffness, kPositive, proxy.contact_stiffness);
   section->read_quantity("contact_damping", kDamping, kNotNegative, proxy.contact_damping);
+  section->read_choice("sharing", words(kSharings), proxy.sharing);
   section->finish();
 }
 

@@ -21,13 +21,20 @@ enum class Renderer : uint32_t;
 
 inline constexpr double kBandVoxels = 2;  // default band of a field beyond the force layer [voxels]
 
+/// How contacts with one object share their stiffness.
+enum class Sharing : uint32_t {
+  kCorners = 0,  // from four on, the corners of a box, all have what four would
+  kNone = 1      // each has its own
+};
+
 /// How the proxy of a 6-DoF tool moves.
 struct ProxyConfig {
   // none: the renderer's own; direct for direct6, quasi-static for voxel
   std::optional<SoftSolver> solver;
   Integrator integrator = Integrator::kImplicit;  // of penalty dynamics
-  double contact_stiffness = 1000;  // of contacts that give none: those of direct6 [N/m]
-  double contact_damping = 0;       // of each contact along its normal [N·s/m]
+  double contact_stiffness = 1000;      // of contacts that give none: those of direct6 [N/m]
+  double contact_damping = 0;           // of each contact along its normal [N·s/m]
+  Sharing sharing = Sharing::kCorners;  // of those of direct6, localized and sensation
 };
 
 /// The two readings of the braking force of McNeely, Puterbaugh, Troy 1999.

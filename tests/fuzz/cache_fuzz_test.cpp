@@ -94,8 +94,11 @@ void ask(const PieceTree& tree, Random& random) {
     Pose X;
     X.p = point_near(random);
     options.threshold = i % 2 == 0 ? 0 : 1e-3;
+    const std::array<TriangleMeeting, 1> meetings{{{0, 0, {}, {0, 0, 1}, 0.1}}};
     front.update(X, options);
+    front.contacts(meetings);
     reversed.update(X, options);
+    reversed.contacts(meetings);
   }
 }
 

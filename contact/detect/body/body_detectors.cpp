@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "contact/detect/body/cluster_contact.h"
 #include "contact/detect/body/contact_reach.h"
@@ -47,6 +48,12 @@ void detect_exact(const BodyModel& model, std::span<const MeshShape> objects, Bo
   set.n_active = set.n_contacts;
 }
 
+/// Contacts from which on they share what so many have.
+double sharing_of(const ProxyConfig& proxy) {
+  constexpr double kCornersOfABox = 4;
+  return proxy.sharing == Sharing::kNone ? std::numeric_limits<double>::infinity() : kCornersOfABox;
+}
+
 }  // namespace
 
 VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell) {
@@ -75,6 +82,7 @@ PieceModel piece_model(const SessionConfig& config, const BodyShapes& shapes,
   model.refine.bandwidth = config.pieces.bandwidth;
   model.refine.budget = config.pieces.budget == 0 ? kAnyNumber : config.pieces.budget;
   model.stiffness = config.proxy.contact_stiffness;
+  model.sharing = sharing_of(config.proxy);
   const double radius = config.pieces.cluster_radius;
   model.clusters.radius = radius > 0 ? radius : kClusterShare * body.radius;
   // pieces that a cluster swallows anyhow touch at one place
@@ -95,6 +103,7 @@ BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes
   model.tool = shapes.tool;
   model.body = tool_body(shapes.tool.mesh, config.tool);
   model.exact.stiffness = config.proxy.contact_stiffness;
+  model.exact.sharing = sharing_of(config.proxy);
   model.exact.clusters.radius = kClusterShare * model.body.radius;
   if (!shapes.pieces.empty()) model.pieces = piece_model(config, shapes, model.body);
   if (shapes.volumes.empty()) return model;

@@ -15,8 +15,6 @@ namespace {
 
 // relative to an edge: points over the edge between two faces belong to both
 constexpr double kRim = 1e-9;
-// least cosine between the normals of coplanar triangles
-constexpr double kOnePlane = 1 - 1e-9;
 constexpr double kParallel = 1e-18;  // squared sine of the angle below which edges are parallel
 
 struct Face {
@@ -58,15 +56,9 @@ Polygon in_prism(const Face& face, const Corners& triangle) {
 }
 
 /// The part of a pair's other triangle that lies behind a face.
-struct Reach {
-  double depth = 0;
-  size_t n = 0;
-  std::array<PointPush, kPushesPerPair> pushes;
-};
-
-Reach reach_behind(const Face& face, const Corners& triangle, double sign, double stiffness) {
+PairPushes reach_behind(const Face& face, const Corners& triangle, double sign, double stiffness) {
   const Polygon polygon = in_prism(face, triangle);
-  Reach reach;
+  PairPushes reach;
   if (polygon.n == 0) reach.depth = std::numeric_limits<double>::infinity();
   Vec3 deepest = triangle[0];
   const auto push_at = [&](const Vec3& p, double depth) {
@@ -124,9 +116,9 @@ std::array<Edge, 3> edges_of(const TriangleMesh& mesh, uint32_t triangle, const 
 
 /// The least deep crossing of an edge of the tool and an edge of the object on its far side; depth
 /// is infinite if there is none.
-Reach reach_of_edges(const std::array<Edge, 3>& of_object, const std::array<Edge, 3>& of_tool,
-                     const Vec3& to_tool, double stiffness) {
-  Reach reach;
+PairPushes reach_of_edges(const std::array<Edge, 3>& of_object, const std::array<Edge, 3>& of_tool,
+                          const Vec3& to_tool, double stiffness) {
+  PairPushes reach;
   reach.depth = std::numeric_limits<double>::infinity();
   for (const Edge& e : of_object) {
     for (const Edge& f : of_tool) {
@@ -175,21 +167,26 @@ size_t merge_sorted(std::span<PointPush> pushes) {
 
 }  // namespace
 
+PairPushes pushes_of_pair(const TriangleMesh& object, const TriangleMesh& tool, const Pose& X_OT,
+                          const TrianglePair& pair, double stiffness) {
+  HAPTIC_ASSERT(pair.a < object.triangles.size() && pair.b < tool.triangles.size());
+  const Face on_object{corners_of(object, pair.a), object.face_normals[pair.a]};
+  const Face on_tool{corners_of(tool, pair.b, X_OT), rotate(X_OT.q, tool.face_normals[pair.b])};
+  const PairPushes of_tool = reach_behind(on_object, on_tool.corners, 1, stiffness);
+  const PairPushes of_object = reach_behind(on_tool, on_object.corners, -1, stiffness);
+  const PairPushes of_edges =
+      reach_of_edges(edges_of(object, pair.a, {}), edges_of(tool, pair.b, X_OT),
+                     on_object.normal - on_tool.normal, stiffness);
+  const PairPushes& of_faces = of_tool.depth <= of_object.depth ? of_tool : of_object;
+  return of_faces.depth <= of_edges.depth ? of_faces : of_edges;
+}
+
 size_t pushes_from_pairs(const TriangleMesh& object, const TriangleMesh& tool, const Pose& X_OT,
                          std::span<const TrianglePair> pairs, double stiffness,
                          std::span<PointPush> pushes) {
   size_t n = 0;
   for (const TrianglePair& pair : pairs) {
-    HAPTIC_ASSERT(pair.a < object.triangles.size() && pair.b < tool.triangles.size());
-    const Face on_object{corners_of(object, pair.a), object.face_normals[pair.a]};
-    const Face on_tool{corners_of(tool, pair.b, X_OT), rotate(X_OT.q, tool.face_normals[pair.b])};
-    const Reach of_tool = reach_behind(on_object, on_tool.corners, 1, stiffness);
-    const Reach of_object = reach_behind(on_tool, on_object.corners, -1, stiffness);
-    const Reach of_edges =
-        reach_of_edges(edges_of(object, pair.a, {}), edges_of(tool, pair.b, X_OT),
-                       on_object.normal - on_tool.normal, stiffness);
-    const Reach& of_faces = of_tool.depth <= of_object.depth ? of_tool : of_object;
-    const Reach& least = of_faces.depth <= of_edges.depth ? of_faces : of_edges;
+    const PairPushes least = pushes_of_pair(object, tool, X_OT, pair, stiffness);
     for (size_t i = 0; i < least.n && n < pushes.size(); ++i) pushes[n++] = least.pushes[i];
   }
   std::sort(pushes.begin(), pushes.begin() + static_cast<ptrdiff_t>(n), place_before);

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "contact/detect/body/cluster_pushes.h"
+#include "contact/detect/body/exact.h"
 #include "contact/query/convex/piece_front.h"
 #include "contact/shape/baked/mesh_shape.h"
 #include "proto/wire/wire.h"
@@ -29,7 +29,9 @@ struct PieceState {
   explicit PieceState(const PieceModel& model);
   void forget();
 
-  std::vector<PieceFront> fronts;  // of each object
+  std::vector<PieceFront> fronts;         // of each object
+  std::vector<TrianglePair> pairs;        // triangles of one object and the tool that meet,
+  std::vector<TriangleMeeting> meetings;  // and where
   std::vector<PointPush> pushes;
   std::vector<ClusterMemory> clusters;  // of each object
   uint64_t tested = 0;                  // pairs of pieces in the last step
@@ -51,11 +53,12 @@ struct PieceQuestion {
   double tool_radius = 0;  // around its origin, for the speed of sliding [m]
 };
 
-/// Fills in the contacts of a set by the convex pieces of tool and objects: pairs of pieces that
-/// meet push by their penetration depth, those that are nearer than the reach approach with the
-/// depth that they will have, negative until then (Kim, Otaduy, Lin, Manocha 2003), and clusters of
-/// them are the contacts, the pushing ones of each object first. `refine` says at which level of
-/// detail (Otaduy & Lin 2003). Sets kContactTruncated if there was no room, kContactIterationLimit
+/// Fills in the contacts of a set by the convex pieces of tool and objects: pairs of pieces whose
+/// triangles meet push by their penetration depth, those that are nearer than the reach approach
+/// with the depth that they will have, negative until then (Kim, Otaduy, Lin, Manocha 2003), and
+/// clusters of them are the contacts, the pushing ones of each object first. `refine` says at which
+/// level of detail (Otaduy & Lin 2003); which triangles meet is asked of all of them where hulls
+/// overlap, beside its budget. Sets kContactTruncated if there was no room, kContactIterationLimit
 /// if the budget or the memory ended.
 void detect_pieces(const PieceModel& model, const RefineOptions& refine, const PieceMeshes& meshes,
                    PieceState& state, const PieceQuestion& question, ContactSet& set);

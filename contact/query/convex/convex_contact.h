@@ -12,7 +12,7 @@ struct ConvexContact {
   Vec3 normal_A;          // n: unit, from a to b; where A is the object's frame: object to tool
   Vec3 point_a, point_b;  // on each hull, both in A [m]
   HullFeature feature_a, feature_b;
-  bool real = true;   // both features lie on the surface; else no real ones were near
+  bool real = true;   // both features lie on the surface of their objects
   bool found = true;  // false: the pose is not finite, or a hull is empty
 };
 

@@ -37,7 +37,7 @@ bool OverlayDescent::add(const OverlayVertex& v) {
   return true;
 }
 
-bool OverlayDescent::expand(size_t at, bool all) {
+bool OverlayDescent::expand(size_t at) {
   expanded_[at] = true;
   OverlayVertex& here = visited_[at];
   const double most = (visited_[best_].depth - here.depth * cos_) / sin_;
@@ -46,7 +46,7 @@ bool OverlayDescent::expand(size_t at, bool all) {
     const bool hides = arc.extent < 0
                            ? most > 0 || arc.extent * arc.extent > most * most * arc.length2
                            : most > 0 && arc.extent * arc.extent < most * most * arc.length2;
-    if ((all || hides) && !add(overlay_.end_of(here, arc))) room = false;
+    if (hides && !add(overlay_.end_of(here, arc))) room = false;
   });
   return room;
 }
@@ -65,7 +65,7 @@ bool OverlayDescent::run(const OverlayVertex& start) {
   add(start);
   for (size_t next = 0; next < n_; next = shallowest()) {
     const size_t known = n_, before = best_;
-    const bool room = expand(next, false);
+    const bool room = expand(next);
     for (size_t i = known; i < n_; ++i) {
       if (visited_[i].depth < visited_[best_].depth) best_ = i;
     }
@@ -73,24 +73,6 @@ bool OverlayDescent::run(const OverlayVertex& start) {
     if (!room) return false;
   }
   return true;
-}
-
-bool OverlayDescent::reaches_foot(OverlayVertex& v) const {
-  bool inside = true;
-  overlay_.for_arcs(v, [&](const OverlayArc& arc) { inside = inside && arc.extent >= 0; });
-  return inside;
-}
-
-const OverlayVertex* OverlayDescent::find_real() {
-  std::fill_n(expanded_.begin(), n_, false);
-  for (size_t next = best_; next < n_; next = shallowest()) {
-    OverlayVertex& here = visited_[next];
-    const bool is_of_surface =
-        is_real(overlay_.hull(0), here.feature[0]) && is_real(overlay_.hull(1), here.feature[1]);
-    if (is_of_surface && reaches_foot(here)) return &here;
-    if (!expand(next, true)) break;
-  }
-  return nullptr;
 }
 
 }  // namespace haptic

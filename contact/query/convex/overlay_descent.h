@@ -23,19 +23,12 @@ class OverlayDescent {
   const OverlayVertex& best() const { return visited_[best_]; }
   int n_steps() const { return n_steps_; }  // marching steps: expansions that found a better one
 
-  /// After a run: the shallowest vertex around the best both of whose features are real and whose
-  /// facet holds the foot of its plane; without the foot the plane touches neither surface there,
-  /// as that of an edge beside a virtual face, whose normals point out of that face. Null where
-  /// nothing real is near.
-  const OverlayVertex* find_real();
-
  private:
   static constexpr size_t kMaxVisited = 64;
 
   size_t shallowest() const;
-  bool expand(size_t at, bool all);
+  bool expand(size_t at);
   bool add(const OverlayVertex& v);
-  bool reaches_foot(OverlayVertex& v) const;
 
   const GaussOverlay& overlay_;
   const double cos_, sin_;  // of α, at most 0.8 rad and less between hulls of many vertices

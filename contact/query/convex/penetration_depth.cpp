@@ -93,12 +93,7 @@ PenetrationDepth penetration_depth(const HullPair& pair, ConvexPairState& state)
   state.overlapping = best.depth > 0;
   out.n_steps = search.n_steps;
 
-  if (!is_real(pair.a, best.feature[0]) || !is_real(pair.b, best.feature[1])) {
-    search.descent.run(best);
-    const OverlayVertex* real = search.descent.find_real();
-    out.real = real != nullptr;
-    if (out.real) best = *real;
-  }
+  out.real = is_real(pair.a, best.feature[0]) && is_real(pair.b, best.feature[1]);
   // rounding may hide a farther vertex by some 1e-16 m: the depth is that of the direction itself
   uint32_t vertex_a = corner_of(pair.a, best.feature[0]);
   uint32_t vertex_b = corner_of(pair.b, best.feature[1]);

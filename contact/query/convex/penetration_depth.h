@@ -25,8 +25,7 @@ struct PenetrationDepth {
 /// still hide a better one within 0.8 rad (7/√vertices rad, if less). Where that takes too long, or
 /// another start was better, or the pair has not overlapped before, the minimum is suspect and
 /// expand_polytope() finds the exact one. The depth is that of a direction, so never below the
-/// exact one. Where a virtual feature won, the best real one of its neighbourhood whose facet holds
-/// the foot takes its place. No allocation; bounded work.
+/// exact one. No allocation; bounded work.
 PenetrationDepth penetration_depth(const HullPair& pair, ConvexPairState& state);
 
 }  // namespace haptic

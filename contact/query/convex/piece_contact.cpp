@@ -4,14 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kNoBound = std::numeric_limits<double>::infinity();
 constexpr uint32_t kFaceCorners = 32;              // of a face with more, every n-th counts
 constexpr size_t kMostCorners = 2 * kFaceCorners;  // each wall of one adds a corner to the other
 constexpr double kSamePlace = 1e-9;  // depth of the deepest corner below that of the pair [m]
@@ -25,8 +23,6 @@ struct Polygon {
     if (n < point.size()) point[n++] = p;
   }
 };
-
-constexpr uint32_t kNoFaceAlong = ~0u;
 
 /// The real face whose normal is nearest to the direction, if any faces it.
 uint32_t face_along(const Hull& hull, const Vec3& way) {
@@ -77,6 +73,56 @@ Polygon overlap_along(const Vec3& n_A, const Hull& hull_a, const HullFace& face_
   return overlap;
 }
 
+/// Scales what pushes so that its depths add up to `most` [m] at most.
+void limit(std::span<PieceContact> contacts, double most) {
+  double sum = 0;
+  for (const PieceContact& c : contacts) sum += std::max(c.depth, 0.0);
+  if (!(sum > most)) return;
+  for (PieceContact& c : contacts) {
+    if (!(c.depth > 0)) continue;
+    c.depth *= most / sum;
+    c.point_a_A = c.point_b_A + c.depth * c.normal_A;
+  }
+}
+
+/// How deep a pair is, and along which normal it pushes or will, as piece_contacts() says; the
+/// normal zero: neither.
+PieceContact push_of(const PieceTouch& touch, double hulls, const LocalDepth* local) {
+  PieceContact push;
+  push.depth = hulls;
+  if (local != nullptr && norm_squared(local->way_A) > 0) {
+    const bool is_out = touch.real && dot(touch.normal_A, local->way_A) >= 0;
+    push.normal_A = is_out ? touch.normal_A : normalized(local->way_A);
+    push.depth = std::min(std::max(hulls, local->deepest), local->sum);
+  } else if (touch.real && (hulls <= 0 || local == nullptr)) {
+    push.normal_A = touch.normal_A;
+  }
+  return push;
+}
+
+/// The corners of the overlap of the two faces of a contact, each with its depth, less by `within`
+/// [m]; returns their number.
+size_t corners_of_overlap(const PieceContact& contact, const Polygon& overlap,
+                          const HullFace& face_a, double within, double tolerance,
+                          std::span<PieceContact, kMostOfPair> corners) {
+  // the face of A as a height over the plane of the contact
+  const double tilt = dot(face_a.normal, contact.normal_A);
+  HAPTIC_ASSERT(tilt > 0);
+  const size_t step = std::max<size_t>((overlap.n + kMostOfPair - 1) / kMostOfPair, 1);
+  size_t n = 0;
+  for (size_t i = 0; i < overlap.n; i += step) {
+    const Vec3& p = overlap.point[i];
+    const double height = (face_a.offset - dot(face_a.normal, p)) / tilt;
+    const double depth = std::min(height - within, contact.depth);
+    if (depth < -tolerance) continue;
+    corners[n] = contact;
+    corners[n].depth = depth;
+    corners[n].point_b_A = p;
+    corners[n++].point_a_A = p + depth * contact.normal_A;
+  }
+  return n;
+}
+
 }  // namespace
 
 PieceTouch touch_of(const PieceTree& tree_a, uint32_t a, const PieceTree& tree_b, uint32_t b,
@@ -85,64 +131,56 @@ PieceTouch touch_of(const PieceTree& tree_a, uint32_t a, const PieceTree& tree_b
   const ConvexContact asked = convex_contact(hull_a, hull_b, X_AB, state);
   PieceTouch touch;
   touch.hulls = asked.gap;
-  if (!asked.found || !asked.real) return touch;
-  const Pose X_BA = inverse(X_AB);
+  if (!asked.found) return touch;
   touch.normal_A = asked.normal_A;
   touch.point_a_A = asked.point_a;
-  touch.point_b_B = X_BA * asked.point_b;
+  touch.point_b_B = inverse(X_AB) * asked.point_b;
   touch.face_a = face_along(hull_a, asked.normal_A);
-  touch.face_b = face_along(hull_b, -rotate(X_BA.q, asked.normal_A));
-  touch.is_contact = touch.face_a != kNoFaceAlong && touch.face_b != kNoFaceAlong;
+  touch.face_b = face_along(hull_b, -rotate(conjugate(X_AB.q), asked.normal_A));
+  touch.real = asked.real && touch.face_a != kNoFaceAlong && touch.face_b != kNoFaceAlong;
   return touch;
 }
 
+double depth_of(const PieceTouch& touch, const Pose& X_AB) {
+  return dot(touch.normal_A, touch.point_a_A - X_AB * touch.point_b_B);
+}
+
 size_t piece_contacts(const PieceTree& tree_a, uint32_t a, const PieceTree& tree_b, uint32_t b,
-                      const Pose& X_AB, const PieceTouch& touch, const PieceContactOptions& options,
+                      const Pose& X_AB, const PieceTouch& touch, const LocalDepth* local,
+                      const PieceContactOptions& options,
                       std::span<PieceContact, kMostOfPair> contacts) {
-  if (!touch.is_contact) return 0;
   const Piece &piece_a = tree_a.pieces[a], &piece_b = tree_b.pieces[b];
-  const Vec3& n_A = touch.normal_A;
-  PieceContact contact;
-  contact.normal_A = n_A;
+  const double within = local == nullptr ? piece_a.overhang + piece_b.overhang : 0;
+  PieceContact contact = push_of(touch, depth_of(touch, X_AB) - within, local);
+  const Vec3& n_A = contact.normal_A;
+  if (n_A == Vec3{} || contact.depth < -options.tolerance) return 0;
   contact.piece_a = a;
   contact.piece_b = b;
-  // the surface lies within the hull by up to its overhang: what is certain is what pushes
-  const Vec3 within_a = piece_a.overhang * n_A, within_b = piece_b.overhang * n_A;
-  contact.point_a_A = touch.point_a_A - within_a;
-  contact.point_b_A = X_AB * touch.point_b_B + within_b;
-  contact.depth = dot(n_A, contact.point_a_A - contact.point_b_A);
-  if (contact.depth < -options.tolerance) return 0;
-  const HullFace& face_a = tree_a.faces[piece_a.first_face + touch.face_a];
-  const HullFace& face_b = tree_b.faces[piece_b.first_face + touch.face_b];
-  contact.triangle_a = face_a.triangle;
-  contact.triangle_b = face_b.triangle;
-  contacts[0] = contact;
-  if (std::min(piece_a.radius, piece_b.radius) <= options.spread) return 1;
-  const Polygon overlap =
-      overlap_along(n_A, tree_a.hull(piece_a), face_a, tree_b.hull(piece_b), face_b, X_AB);
-  // the face of A as a height over the plane of the contact
-  const double tilt = dot(face_a.normal, n_A);
-  HAPTIC_ASSERT(tilt > 0);
-  const size_t step = std::max<size_t>((overlap.n + kMostOfPair - 1) / kMostOfPair, 1);
+  contact.point_b_A = X_AB * touch.point_b_B;
+  contact.point_a_A = contact.point_b_A + contact.depth * n_A;
   size_t n = 0;
-  double deepest = -kNoBound;
-  for (size_t i = 0; i < overlap.n; i += step) {
-    const Vec3& p = overlap.point[i];
-    const double hulls = (face_a.offset - dot(face_a.normal, p)) / tilt;
-    const double depth = std::min(hulls - piece_a.overhang - piece_b.overhang, contact.depth);
-    if (depth < -options.tolerance) continue;
-    deepest = std::max(deepest, depth);
-    contacts[n] = contact;
-    contacts[n].depth = depth;
-    contacts[n].point_b_A = p + within_b;
-    contacts[n].point_a_A = contacts[n].point_b_A + depth * n_A;
-    ++n;
+  if (std::min(piece_a.radius, piece_b.radius) > options.spread) {
+    const Hull hull_a = tree_a.hull(piece_a), hull_b = tree_b.hull(piece_b);
+    const bool is_asked = n_A == touch.normal_A;
+    const uint32_t a_along = is_asked ? touch.face_a : face_along(hull_a, n_A);
+    const uint32_t b_along =
+        is_asked ? touch.face_b : face_along(hull_b, -rotate(conjugate(X_AB.q), n_A));
+    if (a_along != kNoFaceAlong && b_along != kNoFaceAlong) {
+      const HullFace& face_a = hull_a.faces[a_along];
+      const Polygon overlap =
+          overlap_along(n_A, hull_a, face_a, hull_b, hull_b.faces[b_along], X_AB);
+      n = corners_of_overlap(contact, overlap, face_a, within, options.tolerance, contacts);
+    }
   }
   // the deepest place need not be a corner of the faces that lie best along the normal
-  if (n == 0 || deepest < contact.depth - kSamePlace) {
+  const bool is_there = std::any_of(contacts.begin(), contacts.begin() + n, [&](const auto& c) {
+    return c.depth >= contact.depth - kSamePlace;
+  });
+  if (!is_there) {
     n = std::min(n, kMostOfPair - 1);
     contacts[n++] = contact;
   }
+  if (local != nullptr) limit(contacts.first(n), local->sum);
   return n;
 }
 

@@ -10,19 +10,23 @@
 
 namespace haptic {
 
-/// How two pieces touch, as it was found at some pose; it is carried along with their surfaces.
+inline constexpr uint32_t kNoFaceAlong = ~0u;
+
+/// How two hulls touch, as it was found at some pose; it is carried along with their surfaces.
 struct PieceTouch {
-  double hulls = 0;                 // gap of the hulls then; below 0: their depth, negated [m]
-  Vec3 normal_A;                    // unit, from A to B
-  Vec3 point_a_A, point_b_B;        // nearest or deepest
-  uint32_t face_a = 0, face_b = 0;  // the real faces that lie best along the normal
-  bool is_contact = false;          // both surfaces face each other there
+  double hulls = 0;           // gap of the hulls then; below 0: their depth, negated [m]
+  Vec3 normal_A;              // unit, from A to B; zero: not known
+  Vec3 point_a_A, point_b_B;  // nearest or deepest
+  uint32_t face_a = kNoFaceAlong, face_b = kNoFaceAlong;  // the real faces that lie best along n
+  bool real = false;  // both points lie on the surfaces, which face each other there
 };
 
-/// Asks two pieces with B at X_AB in A. It is no contact where the normal leads out of no real face
-/// of either piece, or where no feature near the answer lies on the surface.
+/// Asks two pieces with B at X_AB in A.
 PieceTouch touch_of(const PieceTree& tree_a, uint32_t a, const PieceTree& tree_b, uint32_t b,
                     const Pose& X_AB, ConvexPairState& state);
+
+/// The depth of the hulls with B now at X_AB, both surfaces carried along; below 0: apart [m].
+double depth_of(const PieceTouch& touch, const Pose& X_AB);
 
 /// A place where two pieces touch, or nearly.
 struct PieceContact {
@@ -30,7 +34,6 @@ struct PieceContact {
   Vec3 normal_A;              // unit, from A to B
   double depth = 0;           // n·(point_a − point_b); below 0: apart [m]
   uint32_t piece_a = 0, piece_b = 0;
-  uint32_t triangle_a = kNoTriangle, triangle_b = kNoTriangle;  // of the meshes, near it
 };
 
 /// Most contacts of one pair: the corners of a polygon, thinned.
@@ -41,14 +44,33 @@ struct PieceContactOptions {
   double spread = 0;        // of pieces with a larger radius the contact is more than a point [m]
 };
 
-/// The contacts of a touch with B now at X_AB. Of two pieces of which one is no larger than
-/// `spread`: the nearest or deepest place. Of others the corners of the overlap of the two faces,
-/// as seen along the normal, with the depth of each, so that a body rests on a plane without
-/// tilting. The original surface lies within a hull by at most its overhang (0 of a leaf): each
-/// depth is that of the hulls less both overhangs, so that no level of detail, and no pair that a
-/// budget left coarse, pushes more than the original surfaces do. Returns their number.
+/// How the triangles that meet under two pieces push, at the places where they do.
+struct LocalDepth {
+  double deepest = 0, sum = 0;  // of the depths δ there: the largest, and Σ δ [m]
+  Vec3 way_A;                   // Σ δ n, n the way out there, unit, from A to B [m]
+};
+
+/// The contacts of a touch with B now at X_AB.
+///
+/// Presence before depth: two pieces push only where triangles under them meet (`local`), since a
+/// hull fills what the surface leaves open. They push by the depth of the hulls, which is the least
+/// of all directions, but by no less than the deepest of these places and no more than all of them
+/// together; along the normal n of the hulls where that lies on both surfaces and n·way ≥ 0, else
+/// along way/|way|: the way out through a face that only closes a hull is no way out of the object,
+/// and a farther one is no deeper. Hulls that are apart approach where both nearest points lie on
+/// the surfaces.
+///
+/// Where nobody knows which triangles meet (`local` null), hulls push whose deepest points lie on
+/// both surfaces. The original surface lies within a hull by at most its overhang (0 of a leaf):
+/// their depth is that of the hulls less both overhangs, so that no level of detail pushes more
+/// than the original surfaces do.
+///
+/// Of two pieces of which one is no larger than `spread`: the nearest or deepest place. Of others
+/// the corners of the overlap of the two faces that lie best along the normal, seen along it, with
+/// the depth of each, so that a body rests on a plane without tilting. Returns their number.
 size_t piece_contacts(const PieceTree& tree_a, uint32_t a, const PieceTree& tree_b, uint32_t b,
-                      const Pose& X_AB, const PieceTouch& touch, const PieceContactOptions& options,
+                      const Pose& X_AB, const PieceTouch& touch, const LocalDepth* local,
+                      const PieceContactOptions& options,
                       std::span<PieceContact, kMostOfPair> contacts);
 
 }  // namespace haptic

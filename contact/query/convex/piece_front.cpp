@@ -59,14 +59,16 @@ PieceFront::PieceFront(const PieceTree& tree_a, const PieceTree& tree_b, uint32_
   contacts_.reserve(size_t{2} * most_nodes + kMostOfPair);
 }
 
-std::span<const PieceContact> PieceFront::update(const Pose& X_AB, const RefineOptions& options) {
+void PieceFront::update(const Pose& X_AB, const RefineOptions& options) {
   work_ = 0;
-  n_near_ = 0;
   is_truncated_ = false;
-  contacts_.clear();
   const bool is_sound = is_finite(X_AB) && std::isfinite(options.tolerance) &&
                         options.tolerance >= 0 && options.threshold >= 0;
-  if (!is_sound || tree_a_.pieces.empty() || tree_b_.pieces.empty()) return {};
+  if (!is_sound || tree_a_.pieces.empty() || tree_b_.pieces.empty()) {
+    front_.clear();
+    forget();
+    return;
+  }
   options_ = options;
   threshold_ = is_fresh_ ? options.threshold : std::max(threshold_, options.threshold);
   if (is_fresh_) {
@@ -80,7 +82,6 @@ std::span<const PieceContact> PieceFront::update(const Pose& X_AB, const RefineO
   is_fresh_ = false;
   refine();
   close_some();
-  collect();
   if (is_truncated_) {
     threshold_ = std::max(kRise * threshold_, kLeast);
   } else if (threshold_ > options.threshold && work_ < kSpare * options.budget &&
@@ -88,7 +89,20 @@ std::span<const PieceContact> PieceFront::update(const Pose& X_AB, const RefineO
     threshold_ = std::max(kFall * threshold_, options.threshold);
     if (threshold_ < kLeast) threshold_ = options.threshold;
   }
-  return contacts_;
+}
+
+bool PieceFront::overlaps() const {
+  return std::any_of(front_.begin(), front_.end(), [&](const Mark& mark) {
+    const Node& node = nodes_[mark.node];
+    const double inside = piece_a(node).hull_distance + piece_b(node).hull_distance;
+    return node.state == State::kNear && depth_of(node.touch, X_AB_) > -inside;
+  });
+}
+
+size_t PieceFront::near() const {
+  return static_cast<size_t>(std::count_if(front_.begin(), front_.end(), [&](const Mark& mark) {
+    return nodes_[mark.node].state == State::kNear;
+  }));
 }
 
 /// Starts with the pair of the roots.
@@ -167,23 +181,61 @@ void PieceFront::close_some() {
   }
 }
 
-/// The contacts of the near pairs; those that were not tested are carried along.
-void PieceFront::collect() {
+std::span<const PieceContact> PieceFront::contacts(
+    const std::optional<std::span<const TriangleMeeting>>& meetings) {
+  contacts_.clear();
+  if (meetings) credit(*meetings);
+  // pairs that were not tested are carried along
   for (const Mark& mark : front_) {
     const Node& node = nodes_[mark.node];
     if (node.state != State::kNear) continue;
-    ++n_near_;
     std::array<PieceContact, kMostOfPair> found;
     const size_t n = piece_contacts(tree_a_, node.a, tree_b_, node.b, X_AB_, node.touch,
+                                    meetings ? &node.local : nullptr,
                                     {options_.tolerance, options_.spread}, found);
-    for (size_t i = 0; i < n; ++i) {
-      if (contacts_.size() == contacts_.capacity()) {
-        is_truncated_ = true;
-        return;
-      }
-      contacts_.push_back(found[i]);
+    const size_t room = contacts_.capacity() - contacts_.size();
+    contacts_.insert(contacts_.end(), found.begin(),
+                     found.begin() + static_cast<ptrdiff_t>(std::min(n, room)));
+    is_truncated_ |= n > room;
+  }
+  return contacts_;
+}
+
+/// Adds up the places where triangles meet, each for the pair of the front over it.
+void PieceFront::credit(std::span<const TriangleMeeting> meetings) {
+  for (const Mark& mark : front_) nodes_[mark.node].local = {};
+  TriangleMeeting last{kNone, kNone, {}, {}};
+  uint32_t node = kNone;
+  for (const TriangleMeeting& meeting : meetings) {
+    // neighbours in the order of the trees lie under the same pieces
+    if (meeting.leaf_a != last.leaf_a || meeting.leaf_b != last.leaf_b) {
+      node = over(meeting.leaf_a, meeting.leaf_b);
+    }
+    last = meeting;
+    if (node == kNone) continue;
+    LocalDepth& local = nodes_[node].local;
+    local.deepest = std::max(local.deepest, meeting.depth);
+    local.sum += meeting.share * meeting.depth;
+    local.way_A += meeting.share * meeting.depth * meeting.normal_A;
+  }
+}
+
+/// The pair of the front over two leaves: down from the roots.
+uint32_t PieceFront::over(uint32_t leaf_a, uint32_t leaf_b) const {
+  const auto is_under = [](const PieceTree& tree, uint32_t leaf, uint32_t piece) {
+    // children come after their parents
+    while (leaf > piece) leaf = tree.pieces[leaf].parent;
+    return leaf == piece;
+  };
+  uint32_t index = front_.empty() ? kNone : 0;
+  while (index != kNone && nodes_[index].state == State::kOpen) {
+    index = nodes_[index].below;
+    while (index != kNone && !(is_under(tree_a_, leaf_a, nodes_[index].a) &&
+                               is_under(tree_b_, leaf_b, nodes_[index].b))) {
+      index = nodes_[index].beside;
     }
   }
+  return index;
 }
 
 /// Detail that would be felt as a vibration above the bandwidth.

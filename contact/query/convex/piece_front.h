@@ -30,15 +30,23 @@ struct RefineOptions {
 double haptic_error(const PieceTree& tree_a, const Piece& a, const PieceTree& tree_b,
                     const Piece& b);
 
+/// A place where triangles meet, one of each surface, and of which leaf pieces they are.
+struct TriangleMeeting {
+  uint32_t leaf_a = 0, leaf_b = 0;
+  Vec3 point_A, normal_A;  // n: the way out, unit, from A to B
+  double depth = 0;        // δ: how deep they are in each other there [m]
+  double share = 1;        // of the place, where several pairs of triangles meet
+};
+
 /// The contacts of two surfaces by their contact levels of detail (Otaduy & Lin 2003): keeps the
 /// front of the traversal of the bounding-volume test tree, whose nodes are pairs of pieces.
 ///
 /// Pruning: a pair farther apart than δ + h_a + h_b, h the Hausdorff distances of the hulls to
 /// those of their leaves, is not refined. Refinement: a nearer pair is replaced by pairs of
 /// children of the larger piece while s* exceeds s0, the largest s* first; with s0 = 0 down to the
-/// leaves, which is the exact query. Detail of resolution r that slides past at the speed v has the
-/// frequency v·r [Hz]; beyond the bandwidth it is not refined. Where the refinement ends, the
-/// pair's own hulls give the contacts.
+/// leaves, which is the exact query. Detail of resolution r that slides past at the speed v
+/// has the frequency v·r [Hz]; beyond the bandwidth it is not refined. Where the refinement ends,
+/// the pair's own hulls give the contacts.
 ///
 /// Time-critical: the budget counts tests of node pairs and is never exceeded; when it or the
 /// memory ends, is_truncated() is set, the pairs that were not tested are carried along with their
@@ -54,9 +62,17 @@ class PieceFront {
   /// The arrays that both trees view must outlive it. `most_nodes`: node pairs in memory.
   PieceFront(const PieceTree& tree_a, const PieceTree& tree_b, uint32_t most_nodes);
 
-  /// The contacts with B at X_AB in A, in A, in unspecified order, valid until the next call. None
-  /// for a pose that is not finite.
-  std::span<const PieceContact> update(const Pose& X_AB, const RefineOptions& options);
+  /// Moves B to X_AB in A and refines the front. Forgets all pairs for a pose that is not finite.
+  void update(const Pose& X_AB, const RefineOptions& options);
+
+  /// Whether leaves under any pair of the front may overlap: only then may triangles meet.
+  bool overlaps() const;
+
+  /// The contacts after an update (piece_contacts), in A, in unspecified order, valid until the
+  /// next call. `meetings`: all of the two meshes at that pose, each of which counts for the pair
+  /// of the front over it; none: too many to be known.
+  std::span<const PieceContact> contacts(
+      const std::optional<std::span<const TriangleMeeting>>& meetings);
 
   /// Discards the front: the next update starts from the roots.
   void forget() { is_fresh_ = true; }
@@ -68,7 +84,7 @@ class PieceFront {
   uint32_t work() const { return work_; }
   /// Pairs of the front, and those of them that are near.
   size_t size() const { return front_.size(); }
-  size_t near() const { return n_near_; }
+  size_t near() const;
   double threshold() const { return threshold_; }  // in force [m]
 
  private:
@@ -85,6 +101,7 @@ class PieceFront {
     State state = State::kUnused;
     ConvexPairState coherent;  // of the query of its hulls
     PieceTouch touch;          // near: as asked last
+    LocalDepth local;          // near: of the triangles that meet under it
   };
   /// A pair of the front: what every update looks at.
   struct Mark {
@@ -107,7 +124,8 @@ class PieceFront {
   void test_marked();
   void refine();
   void close_some();
-  void collect();
+  void credit(std::span<const TriangleMeeting> meetings);
+  uint32_t over(uint32_t leaf_a, uint32_t leaf_b) const;
   bool is_left_out(const PieceTree& tree, const Piece& piece) const;
   bool may_open(const PieceTree& tree, const Piece& piece, double area) const;
   Opening opening_of(const Node& node) const;
@@ -131,7 +149,6 @@ class PieceFront {
   uint32_t unused_ = kNone;  // first of the unused nodes
   uint32_t n_unused_ = 0;
   uint32_t work_ = 0;
-  size_t n_near_ = 0;
   size_t asked_ = 0;     // cursor of the amortised coarsening
   size_t rotation_ = 0;  // where testing begins: nothing is left untested for ever
   double threshold_ = 0;

@@ -2,6 +2,7 @@
 #include "contact/query/proximity/triangle_pairs.h"
 
 #include <array>
+#include <limits>
 
 #include "contact/query/box/obb_overlap.h"
 #include "proto/math/assert.h"
@@ -20,6 +21,13 @@ Corners corners_of(const TriangleMesh& mesh, uint32_t triangle, const Pose& X_AB
 
 size_t triangle_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                       std::span<TrianglePair> out) {
+  constexpr size_t kAny = std::numeric_limits<size_t>::max();
+  return triangle_pairs_within(shape_A, shape_B, X_AB, out, kAny).value_or(0);
+}
+
+std::optional<size_t> triangle_pairs_within(const MeshShape& shape_A, const MeshShape& shape_B,
+                                            const Pose& X_AB, std::span<TrianglePair> out,
+                                            size_t most_boxes) {
   const ObbTree &tree_A = shape_A.tree, &tree_B = shape_B.tree;
   if (tree_A.nodes.empty() || tree_B.nodes.empty() || !is_finite(X_AB)) return 0;
   size_t found = 0;
@@ -39,7 +47,8 @@ size_t triangle_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const 
   std::array<NodePair, kMaxWaitingPairs> waiting;
   size_t n_waiting = 0;
   waiting[n_waiting++] = {0, 0};
-  while (n_waiting > 0) {
+  for (size_t n_boxes = 0; n_waiting > 0; ++n_boxes) {
+    if (n_boxes == most_boxes) return {};
     const NodePair pair = waiting[--n_waiting];
     const ObbNode &a = tree_A.nodes[pair.a], &b = tree_B.nodes[pair.b];
     if (!boxes_may_meet(a.box, b.box, sweep)) continue;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "contact/query/triangle/triangles_meet.h"
@@ -29,5 +30,10 @@ Corners corners_of(const TriangleMesh& mesh, uint32_t triangle, const Pose& X_AB
 /// pairs, in tree order, and returns how many there are. None for a pose that is not finite.
 size_t triangle_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                       std::span<TrianglePair> out);
+
+/// The same in bounded time: null after `most_boxes` pairs of boxes.
+std::optional<size_t> triangle_pairs_within(const MeshShape& shape_A, const MeshShape& shape_B,
+                                            const Pose& X_AB, std::span<TrianglePair> out,
+                                            size_t most_boxes);
 
 }  // namespace haptic

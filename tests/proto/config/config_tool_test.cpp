@@ -72,6 +72,7 @@ TEST_CASE("config: how a tool is moved reaches its fields") {
       turning(scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"voxel\"\n")) + tool +
           "[proxy]\nsolver = \"penalty-dynamics\"\nintegrator = \"semi-implicit\"\n"
           "contact_stiffness = \"3 kN/m\"\ncontact_damping = \"0.5 N·s/m\"\n"
+          "sharing = \"none\"\n"
           "[contact.voxel]\nbraking_along = \"normal\"\n",
       "x.toml");
   CHECK(config.renderer == Renderer::kVoxel);
@@ -79,6 +80,7 @@ TEST_CASE("config: how a tool is moved reaches its fields") {
   CHECK(config.proxy.integrator == Integrator::kSemiImplicit);
   CHECK(config.proxy.contact_stiffness == 3000);
   CHECK(config.proxy.contact_damping == 0.5);
+  CHECK(config.proxy.sharing == Sharing::kNone);
   CHECK(config.voxel.braking_along == Braking::kAlongNormal);
   CHECK(config.voxel.is_wanted == 1);
   const SessionConfig bounded =

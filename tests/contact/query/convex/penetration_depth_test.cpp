@@ -231,21 +231,21 @@ TEST_CASE("penetration depth, trap: arcs of 90 degrees and more", "[convex]") {
   CHECK_THAT(tip.normal_A, IsNear({0, 0, -1}, 1e-12));
 }
 
-TEST_CASE("penetration depth, trap: a virtual feature wins", "[convex]") {
+TEST_CASE("penetration depth, trap: a virtual feature wins, and is said to", "[convex]") {
   HullData a = box_hull({0.02, 0.02, 0.02});
   const HullData ball = ball_hull(60, 0.005);
   for (HullFace& face : a.faces) face.is_virtual = face.normal.z > 0.5 ? 1 : 0;
   // nearest to the virtual face, then to +x
   const Pose X_AB{{0.012, 0.003, 0.018}, {}};
   const PenetrationDepth found = ask(a, ball, X_AB);
-  CHECK(found.real);
-  CHECK_THAT(found.normal_A, IsNear({1, 0, 0}, 1e-12));
+  CHECK_FALSE(found.real);
+  CHECK_THAT(found.normal_A, IsNear({0, 0, 1}, 1e-12));
   CHECK(found.feature_a.kind == HullPart::kFace);
   check_consistent(a, ball, X_AB, found);
-  // nothing real anywhere
-  for (HullFace& face : a.faces) face.is_virtual = 1;
-  CHECK_FALSE(ask(a, ball, X_AB).real);
-  CHECK_THAT(ask(a, ball, X_AB).normal_A, IsNear({0, 0, 1}, 1e-12));
+  // nearest to +x: the same depth as of a box that is real all over
+  const Pose aside{{0.018, 0.003, 0.012}, {}};
+  CHECK(ask(a, ball, aside).real);
+  CHECK_THAT(ask(a, ball, aside).normal_A, IsNear({1, 0, 0}, 1e-12));
 }
 
 TEST_CASE("penetration depth, trap: a piece swallowed whole", "[convex]") {

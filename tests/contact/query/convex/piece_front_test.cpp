@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
 #include <set>
 #include <tuple>
+#include <utility>
 
+#include "contact/query/proximity/triangle_pairs.h"
 #include "tests/support/convex/split_tree.h"
 
 namespace haptic {
@@ -31,8 +34,21 @@ Soup bumpy_ball(double bump_trees) {
 
 /// Two bumpy balls, one of which turns and slides on the other, half a millimetre or so deep.
 struct BumpTrees {
-  SplitTree a = split_tree(bumpy_ball(9), 6);
-  SplitTree b = split_tree(bumpy_ball(8), 6);
+  MeshShapeData mesh_a = build_shape(bumpy_ball(9)), mesh_b = build_shape(bumpy_ball(8));
+  SplitTree a = split_tree({mesh_a.mesh.vertices, mesh_a.mesh.triangles}, 6);
+  SplitTree b = split_tree({mesh_b.mesh.vertices, mesh_b.mesh.triangles}, 6);
+
+  std::vector<TriangleMeeting> meetings(const Pose& X_AB) const {
+    const TriangleMesh of_a = mesh_a.mesh.view(), of_b = mesh_b.mesh.view();
+    std::vector<TrianglePair> pairs(1 << 14);
+    pairs.resize(triangle_pairs(mesh_a.view(), mesh_b.view(), X_AB, pairs));
+    std::vector<TriangleMeeting> meetings;
+    for (const TrianglePair& pair : pairs) {
+      const Vec3 way = of_a.face_normals[pair.a] - rotate(X_AB.q, of_b.face_normals[pair.b]);
+      meetings.push_back({a.leaf_of[pair.a], b.leaf_of[pair.b], {}, normalized(way), 1e-3});
+    }
+    return meetings;
+  }
 
   static Pose at(double t) {
     return {{0.0394 * std::cos(0.4 * t), 0.0394 * std::sin(0.4 * t), 0.001 * std::sin(7 * t)},
@@ -52,6 +68,12 @@ RefineOptions options_with(double threshold) {
   return options;
 }
 
+std::span<const PieceContact> contacts_at(PieceFront& front, const Pose& X_AB,
+                                          const RefineOptions& options) {
+  front.update(X_AB, options);
+  return front.contacts(bump_trees().meetings(X_AB));
+}
+
 /// A contact by its pieces, and its place and depth in nanometres.
 using Key = std::tuple<uint32_t, uint32_t, double, double, double, double>;
 
@@ -67,6 +89,13 @@ std::multiset<Key> keys_of(std::span<const PieceContact> contacts) {
 
 /// Every pair of leaves, each asked without a state.
 std::multiset<Key> all_leaf_pairs(const PieceTree& a, const PieceTree& b, const Pose& X_AB) {
+  std::map<std::pair<uint32_t, uint32_t>, LocalDepth> local;
+  for (const TriangleMeeting& m : bump_trees().meetings(X_AB)) {
+    LocalDepth& under = local[{m.leaf_a, m.leaf_b}];
+    under.deepest = std::max(under.deepest, m.depth);
+    under.sum += m.depth;
+    under.way_A += m.depth * m.normal_A;
+  }
   std::vector<PieceContact> contacts;
   for (uint32_t i = 0; i < a.pieces.size(); ++i) {
     for (uint32_t k = 0; k < b.pieces.size(); ++k) {
@@ -74,7 +103,8 @@ std::multiset<Key> all_leaf_pairs(const PieceTree& a, const PieceTree& b, const 
       ConvexPairState state{};
       const PieceTouch touch = touch_of(a, i, b, k, X_AB, state);
       std::array<PieceContact, kMostOfPair> found;
-      const size_t n = piece_contacts(a, i, b, k, X_AB, touch, {kPieceReach, 0}, found);
+      const size_t n =
+          piece_contacts(a, i, b, k, X_AB, touch, &local[{i, k}], {kPieceReach, 0}, found);
       contacts.insert(contacts.end(), found.begin(), found.begin() + static_cast<ptrdiff_t>(n));
     }
   }
@@ -104,7 +134,7 @@ TEST_CASE("piece front: with the threshold 0 it is the exact query") {
     const Pose X_AB = BumpTrees::at(0.3 * tick);
     // with the states of the last pose the depth of a pair may be that of another local minimum
     front.forget();
-    const auto found = keys_of(front.update(X_AB, options_with(0)));
+    const auto found = keys_of(contacts_at(front, X_AB, options_with(0)));
     CAPTURE(tick, found.size());
     CHECK_FALSE(front.is_truncated());
     CHECK(found == all_leaf_pairs(a, b, X_AB));
@@ -115,15 +145,15 @@ TEST_CASE("piece front: with the threshold 0 it is the exact query") {
 
 TEST_CASE("piece front: free space has no contact, and neither has what is not finite") {
   PieceFront front(bump_trees().a.view(), bump_trees().b.view(), kPlenty);
-  CHECK(front.update({{0.06, 0, 0}, {}}, options_with(0)).empty());
+  CHECK(contacts_at(front, {{0.06, 0, 0}, {}}, options_with(0)).empty());
   CHECK(front.work() == 1);
-  CHECK(front.update({{0.0601, 0, 0}, {}}, options_with(0)).empty());
+  CHECK(contacts_at(front, {{0.0601, 0, 0}, {}}, options_with(0)).empty());
   CHECK(front.work() == 0);
-  CHECK(front.update({{NAN, 0, 0}, {}}, options_with(0)).empty());
+  CHECK(contacts_at(front, {{NAN, 0, 0}, {}}, options_with(0)).empty());
   RefineOptions unsound = options_with(0);
   unsound.tolerance = NAN;
-  CHECK(front.update({{0.0394, 0, 0}, {}}, unsound).empty());
-  CHECK_FALSE(front.update({{0.0394, 0, 0}, {}}, options_with(0)).empty());
+  CHECK(contacts_at(front, {{0.0394, 0, 0}, {}}, unsound).empty());
+  CHECK_FALSE(contacts_at(front, {{0.0394, 0, 0}, {}}, options_with(0)).empty());
 }
 
 TEST_CASE("piece front: a budget that suffices again brings the threshold back") {
@@ -137,15 +167,15 @@ TEST_CASE("piece front: a budget that suffices again brings the threshold back")
   for (int i = 0; i < 400; ++i) front.update(BumpTrees::at(2e-3), options);
   CHECK(front.threshold() == 5e-6);
   PieceFront fresh(bump_trees().a.view(), bump_trees().b.view(), kPlenty);
-  CHECK(keys_of(front.update(BumpTrees::at(2e-3), options)) ==
-        keys_of(fresh.update(BumpTrees::at(2e-3), options)));
+  CHECK(keys_of(contacts_at(front, BumpTrees::at(2e-3), options)) ==
+        keys_of(contacts_at(fresh, BumpTrees::at(2e-3), options)));
 }
 
 TEST_CASE("piece front: memory that ends is flagged, and coarse pairs stay in contact") {
   PieceFront front(bump_trees().a.view(), bump_trees().b.view(), 64);
   bool any = false;
   for (int tick = 0; tick < 50; ++tick) {
-    any |= !front.update(BumpTrees::at(0.005 * tick), options_with(0)).empty();
+    any |= !contacts_at(front, BumpTrees::at(0.005 * tick), options_with(0)).empty();
     CHECK(front.size() <= 64);
     CHECK((front.is_truncated() || front.threshold() > 0));
   }
@@ -157,11 +187,11 @@ TEST_CASE("piece front: coherence saves work and finds the same pairs") {
   size_t kept_work = 0, fresh_work = 0;
   for (int tick = 0; tick < 200; ++tick) {
     const Pose X_AB = BumpTrees::at(0.001 * tick);
-    const auto found = kept.update(X_AB, options_with(0));
+    const auto found = contacts_at(kept, X_AB, options_with(0));
     kept_work += kept.work();
     if (tick % 20 != 19) continue;
     PieceFront fresh(bump_trees().a.view(), bump_trees().b.view(), kPlenty);
-    const auto anew = fresh.update(X_AB, options_with(0));
+    const auto anew = contacts_at(fresh, X_AB, options_with(0));
     CHECK(kept.near() == fresh.near());
     CHECK(norm(push_of(found) - push_of(anew)) < 0.05 * norm(push_of(anew)));
     fresh_work += 20 * fresh.work();
@@ -178,8 +208,8 @@ TEST_CASE("piece front: contacts that are carried follow both surfaces") {
   double error = 0, push = 0;
   for (int tick = 0; tick < 200; ++tick) {
     const Pose X_AB = BumpTrees::at(1e-4 * tick);
-    const Vec3 exact = push_of(asked.update(X_AB, options_with(0)));
-    error += norm(push_of(carried.update(X_AB, carrying)) - exact);
+    const Vec3 exact = push_of(contacts_at(asked, X_AB, options_with(0)));
+    error += norm(push_of(contacts_at(carried, X_AB, carrying)) - exact);
     push += norm(exact);
     asked_work += asked.work();
     carried_work += carried.work();
