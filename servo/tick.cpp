@@ -179,6 +179,17 @@ bool is_soft_body(const ContactSet* contacts) {
          row_of(static_cast<Renderer>(contacts->renderer)).moves == Moves::kSoftBody;
 }
 
+/// Whether the coupling, as it is felt at the handle, is far beyond what the device holds.
+bool is_forced(const ServoModel& model, const Coupling& coupling) {
+  const double turning = model.map.force_scale, moving = model.map.motion_scale * turning;
+  CoupledAxis along = model.moving, about = model.turning;
+  along.stiffness = moving * coupling.translational_stiffness;
+  along.coupling_damping = moving * coupling.translational_damping;
+  about.stiffness = turning * coupling.rotational_stiffness;
+  about.coupling_damping = turning * coupling.rotational_damping;
+  return is_far_beyond(along) || is_far_beyond(about);
+}
+
 Rendered render(const ServoModel& model, ServoState& state, const ServoInput& input,
                 TickScene& scene, const Coupling& coupling, ServoFrame& frame) {
   Rendered rendered = solve_proxy(model, state, input, scene, coupling, frame);
@@ -186,6 +197,7 @@ Rendered render(const ServoModel& model, ServoState& state, const ServoInput& in
   frame.F_coupling_W = rendered.F_W;
   frame.translational_stiffness = coupling.translational_stiffness;
   frame.rotational_stiffness = coupling.rotational_stiffness;
+  if (is_forced(model, state.coupling)) frame.flags |= kServoForced;
   frame.X_WP = rendered.X_WP;
   frame.depth = norm(rendered.X_WP.p - frame.X_WT.p);
   frame.n_contacts = static_cast<uint32_t>(rendered.n_pushing);

@@ -24,6 +24,7 @@ struct ControlOptions {
   SessionChoice session;
   std::string key, value;
   bool json = false;
+  bool force = false;
 };
 
 std::string ask(const std::string& session, const std::string& line) {
@@ -73,9 +74,13 @@ void add_set(Command& app) {
       .required();
   command.option("VALUE", options->value, "with its unit, as \"500 N/m\"; or a name").required();
   add_session(command, options->session);
+  command.flag("--force", options->force, "though it is stiffer than the device holds");
   command.example("hapt set stiffness \"500 N/m\"");
   command.example("hapt set solver penalty-dynamics");
-  command.action([options] { say(*options, "set " + options->key + " " + options->value); });
+  command.action([options] {
+    say(*options,
+        "set " + options->key + " " + options->value + (options->force ? " --force" : ""));
+  });
 }
 
 struct LeadOptions {

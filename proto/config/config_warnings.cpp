@@ -24,24 +24,63 @@ constexpr AxisWords kPoints{"ten points' stiffness in [contact.voxel]", "damping
 constexpr AxisWords kAngular{"rotational_stiffness in [coupling]", "rotational_damping", "N·m/rad",
                              "N·m·s/rad"};
 
-void check_axis(const CoupledAxis& axis, const AxisWords& words, std::vector<std::string>& lines) {
-  if (!(axis.damping > 0) || axis.stiffness == 0) return;
-  const double most = passive_stiffness(axis);
+/// An axis as it is felt at the device.
+struct FeltAxis {
+  CoupledAxis axis;
+  AxisWords words;
+  bool is_coupling = true;
+};
+
+std::vector<FeltAxis> felt_axes(const SessionConfig& config) {
+  std::vector<FeltAxis> axes;
+  // a replay has no hand in the loop and cannot oscillate
+  if (row_of(config.device.kind).is_recorded) return axes;
+  const bool is_direct = is_of_body(config.renderer) && !has_springs(config.proxy, config.renderer);
+  CoupledAxis linear = moving_axis(config);
+  if (!is_direct) {
+    axes.push_back({linear, kLinear});
+  } else {
+    // without a coupling the hand feels the contacts' own stiffness
+    const bool by_points = row_of(config.renderer).has_maps;
+    const double gain = config.map.motion_scale * config.map.force_scale;
+    linear.stiffness =
+        gain * (by_points ? kSharing * config.voxel.stiffness : config.proxy.contact_stiffness);
+    linear.coupling_damping = 0;
+    axes.push_back({linear, by_points ? kPoints : kContact, false});
+  }
+  if (config.device.max_torque > 0 && !is_direct) {
+    axes.push_back({turning_axis(config), kAngular});
+  }
+  std::erase_if(axes, [](const FeltAxis& felt) {
+    return !(felt.axis.damping > 0) || felt.axis.stiffness == 0;
+  });
+  return axes;
+}
+
+/// "stiffness in [coupling] is 800 N/m at the device, whose own damping is 0.5 N·s/m"
+std::string words_of(const FeltAxis& felt) {
   std::ostringstream text;
   text.precision(5);
-  text << words.stiffness << " is " << axis.stiffness << " " << words.stiffness_unit
-       << " at the device, whose own damping is " << axis.damping << " " << words.damping_unit
-       << ": ";
-  const double margin = two_port_margin(axis);
-  if (axis.stiffness >= most) {
-    text << "passive is less than 2 (b - b_c)/T = " << most << " " << words.stiffness_unit
+  text << felt.words.stiffness << " is " << felt.axis.stiffness << " " << felt.words.stiffness_unit
+       << " at the device, whose own damping is " << felt.axis.damping << " "
+       << felt.words.damping_unit;
+  return text.str();
+}
+
+void check_axis(const FeltAxis& felt, std::vector<std::string>& lines) {
+  const double most = passive_stiffness(felt.axis), margin = two_port_margin(felt.axis);
+  std::ostringstream text;
+  text.precision(5);
+  text << words_of(felt) << ": ";
+  if (felt.axis.stiffness >= most) {
+    text << "passive is less than 2 (b - b_c)/T = " << most << " " << felt.words.stiffness_unit
          << " (two-port margin " << margin << ")";
   } else if (margin < 0) {
     text << "its two-port margin is " << margin << ", below zero";
   } else {
     return;
   }
-  text << ", and it may sing in a light hand; lower it, or " << words.damping
+  text << ", and it may sing in a light hand; lower it, or " << felt.words.damping
        << ", or raise rate in [servo]";
   lines.push_back(text.str());
 }
@@ -50,31 +89,30 @@ void check_axis(const CoupledAxis& axis, const AxisWords& words, std::vector<std
 
 std::vector<std::string> config_warnings(const SessionConfig& config) {
   std::vector<std::string> lines;
-  // a replay has no hand in the loop and cannot oscillate
-  if (row_of(config.device.kind).is_recorded) return lines;
-  const bool is_direct = is_of_body(config.renderer) && !has_springs(config.proxy, config.renderer);
-  CoupledAxis linear = moving_axis(config);
-  if (!is_direct) {
-    check_axis(linear, kLinear, lines);
-  } else {
-    // without a coupling the hand feels the contacts' own stiffness
-    const bool by_points = row_of(config.renderer).has_maps;
-    const double gain = config.map.motion_scale * config.map.force_scale;
-    linear.stiffness =
-        gain * (by_points ? kSharing * config.voxel.stiffness : config.proxy.contact_stiffness);
-    linear.coupling_damping = 0;
-    check_axis(linear, by_points ? kPoints : kContact, lines);
-  }
+  for (const FeltAxis& felt : felt_axes(config)) check_axis(felt, lines);
   const bool is_held_still =
       config.device.kind == DeviceKind::kSimulatedHand && !(config.device.hand.inertia > 0);
   if (config.device.max_torque > 0 && is_held_still) {
     lines.push_back(
         "max_torque in [device] has no effect: the simulated hand's handle cannot turn; give "
         "inertia in [device.hand], as \"1e-4 kg·m²\"");
-  } else if (config.device.max_torque > 0 && !is_direct) {
-    check_axis(turning_axis(config), kAngular, lines);
   }
   return lines;
+}
+
+std::string too_stiff(const SessionConfig& config) {
+  for (const FeltAxis& felt : felt_axes(config)) {
+    // of contacts that are felt directly only the stiffness of one is known
+    if (!felt.is_coupling || !is_far_beyond(felt.axis)) continue;
+    std::ostringstream text;
+    text.precision(5);
+    text << words_of(felt)
+         << ": more than twice what it holds, 2 (b - b_c)/T = " << passive_stiffness(felt.axis)
+         << " " << felt.words.stiffness_unit << "; lower it, or " << felt.words.damping
+         << ", or raise rate in [servo], or --force it";
+    return text.str();
+  }
+  return "";
 }
 
 }  // namespace haptic

@@ -15,4 +15,8 @@ namespace haptic {
 /// Silent if the device's damping and mass are unknown; for a real device [device] states them.
 std::vector<std::string> config_warnings(const SessionConfig& config);
 
+/// Why a session is refused unless it is forced, one line with the figures: the stiffness of its
+/// coupling is, on an axis, far beyond what the device holds (is_far_beyond). Empty: it is not.
+std::string too_stiff(const SessionConfig& config);
+
 }  // namespace haptic

@@ -6,8 +6,6 @@
 #include <limits>
 #include <numbers>
 
-#include "proto/config/devices.h"
-
 namespace haptic {
 namespace {
 
@@ -20,10 +18,6 @@ double grid(int i) {
 }
 
 }  // namespace
-
-double passive_stiffness(const CoupledAxis& axis) {
-  return std::max(2 * (axis.damping - axis.coupling_damping) / axis.period, 0.0);
-}
 
 double two_port_margin_at(const CoupledAxis& axis, double omega_t) {
   const double hold = std::cos(0.5 * omega_t);
@@ -43,27 +37,6 @@ double two_port_margin(const CoupledAxis& axis) {
 
 MarginBand margin_band() {
   return {grid(0), grid(kFrequencies - 1)};
-}
-
-CoupledAxis moving_axis(const SessionConfig& config) {
-  const DeviceConfig& device = config.device;
-  const bool is_simulated = device.kind == DeviceKind::kSimulatedHand;
-  // the scene moves s times as far, and the device exerts φ times the force
-  const double gain = config.map.motion_scale * config.map.force_scale;
-  return {is_simulated ? device.hand.mass : device.mass,
-          is_simulated ? device.hand.damping : device.damping,
-          gain * config.coupling.translational_stiffness,
-          gain * config.coupling.translational_damping, 1 / config.servo_rate};
-}
-
-CoupledAxis turning_axis(const SessionConfig& config) {
-  const DeviceConfig& device = config.device;
-  const bool is_simulated = device.kind == DeviceKind::kSimulatedHand;
-  const double gain = config.map.force_scale;
-  return {is_simulated ? device.hand.inertia : device.inertia,
-          is_simulated ? device.hand.rotational_damping : device.rotational_damping,
-          gain * config.coupling.rotational_stiffness, gain * config.coupling.rotational_damping,
-          1 / config.servo_rate};
 }
 
 }  // namespace haptic

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+
+#include "proto/config/devices.h"
 #include "proto/config/session_config.h"
 
 namespace haptic {
@@ -16,7 +19,19 @@ struct CoupledAxis {
 
 /// The largest passive stiffness through a zero-order hold with the proxy fixed, k_c < 2 (b −
 /// b_c)/T; 0 if b_c ≥ b (Colgate, Stanley, Brown 1995; Colgate & Schenkel 1997).
-double passive_stiffness(const CoupledAxis& axis);
+inline double passive_stiffness(const CoupledAxis& axis) {
+  return std::max(2 * (axis.damping - axis.coupling_damping) / axis.period, 0.0);
+}
+
+/// Times the passive stiffness above which a stiffness is refused: the formula leaves out what a
+/// hand damps, which is about as much as a device does (Adams & Hannaford 1999).
+inline constexpr double kMostBeyond = 2;
+
+/// Whether a stiffness is above kMostBeyond times the passive one; false where the device's damping
+/// is not known (0).
+inline bool is_far_beyond(const CoupledAxis& axis) {
+  return axis.damping > 0 && axis.stiffness > kMostBeyond * passive_stiffness(axis);
+}
 
 /// Margin of unconditional stability of the two-port of device, hold and coupling, for any passive
 /// hand and any passive virtual world (Llewellyn's criterion; Adams & Hannaford 1999): the minimum
@@ -37,7 +52,25 @@ MarginBand margin_band();
 
 /// The axes of a session: the device of [device.hand] or the one that [device] describes, and the
 /// coupling as it is felt at the handle, s·φ times that of the scene for moving, φ for turning.
-CoupledAxis moving_axis(const SessionConfig& config);
-CoupledAxis turning_axis(const SessionConfig& config);
+inline CoupledAxis moving_axis(const SessionConfig& config) {
+  const DeviceConfig& device = config.device;
+  const bool is_simulated = device.kind == DeviceKind::kSimulatedHand;
+  // the scene moves s times as far, and the device exerts φ times the force
+  const double gain = config.map.motion_scale * config.map.force_scale;
+  return {is_simulated ? device.hand.mass : device.mass,
+          is_simulated ? device.hand.damping : device.damping,
+          gain * config.coupling.translational_stiffness,
+          gain * config.coupling.translational_damping, 1 / config.servo_rate};
+}
+
+inline CoupledAxis turning_axis(const SessionConfig& config) {
+  const DeviceConfig& device = config.device;
+  const bool is_simulated = device.kind == DeviceKind::kSimulatedHand;
+  const double gain = config.map.force_scale;
+  return {is_simulated ? device.hand.inertia : device.inertia,
+          is_simulated ? device.hand.rotational_damping : device.rotational_damping,
+          gain * config.coupling.rotational_stiffness, gain * config.coupling.rotational_damping,
+          1 / config.servo_rate};
+}
 
 }  // namespace haptic

@@ -71,6 +71,7 @@ enum ServoFlag : uint32_t {
   kServoWorkspaceEdge = 1u << 19,  // the soft edge of the workspace pushes
   kServoNoDevice = 1u << 20,       // the device is lost or not homed; zero wrench, then soft start
   kServoSoftened = 1u << 21,       // the coupling is softened towards a body too light for it
+  kServoForced = 1u << 22,         // the coupling is far stiffer than the device holds (--force)
 };
 
 /// Why the force is latched at zero.

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "proto/config/config_warnings.h"
 #include "proto/config/devices.h"
 #include "proto/config/quantity.h"
 #include "proto/config/renderer_needs.h"
@@ -24,7 +25,7 @@ constexpr const char* kCommands =
 constexpr double kUnitQuaternion = 1e-3;  // how far a written one may be from length 1
 
 ControlCommand refused(const std::string& problem) {
-  return {CommandKind::kRefused, false, one_line(problem)};
+  return {CommandKind::kRefused, false, one_line(problem), ""};
 }
 
 /// Removes the first word from `line` and returns it.
@@ -54,7 +55,7 @@ ControlCommand set_renderer(std::string_view name, const SessionConfig& config,
   if (row->moves == Moves::kSoftBody) wanted.solver = number_of(solver_of(config.proxy, row->id));
   const std::string lack = lack_with(config, row->id, wanted);
   if (!lack.empty()) return refused("renderer: '" + std::string(name) + "' " + lack);
-  return {CommandKind::kChange, false, ""};
+  return {CommandKind::kChange, false, "", ""};
 }
 
 ControlCommand set_solver(std::string_view name, const SessionConfig& config,
@@ -74,7 +75,7 @@ ControlCommand set_solver(std::string_view name, const SessionConfig& config,
   const std::string lack = lack_with(config, renderer.id, wanted);
   if (!lack.empty())
     return refused("solver: with '" + std::string(name) + "' the renderer " + lack);
-  return {CommandKind::kChange, false, ""};
+  return {CommandKind::kChange, false, "", ""};
 }
 
 /// Why the hand of this session cannot be led; empty: it can.
@@ -112,14 +113,14 @@ ControlCommand lead(std::string_view line, const SessionConfig& config, ControlF
   const Quat at_rest = config.map.X_WB.q * config.map.X_HT.q;
   wanted.X_WT_intent = {{numbers[0], numbers[1], numbers[2]}, turns ? normalized(q) : at_rest};
   wanted.leading = 1;
-  return {CommandKind::kLead, false, ""};
+  return {CommandKind::kLead, false, "", ""};
 }
 
 ControlCommand release(const SessionConfig& config, ControlFrame& wanted) {
   const std::string problem = why_not_led(config.device);
   if (!problem.empty()) return refused("release: " + problem);
   wanted.leading = 0;
-  return {CommandKind::kLead, false, ""};
+  return {CommandKind::kLead, false, "", ""};
 }
 
 /// A settable number; `most` is its largest value in SI units.
@@ -161,7 +162,42 @@ ControlCommand set(std::string_view line, const SessionConfig& config, ControlFr
   }
   const std::string lack = lack_with(config, static_cast<Renderer>(wanted.renderer), wanted);
   if (!lack.empty()) return refused(std::string(key) + ": the present renderer " + lack);
-  return {CommandKind::kChange, false, ""};
+  return {CommandKind::kChange, false, "", ""};
+}
+
+/// The session as it would be.
+SessionConfig changed_by(const ControlFrame& wanted, SessionConfig config) {
+  config.coupling = {wanted.translational_stiffness, wanted.translational_damping,
+                     wanted.rotational_stiffness, wanted.rotational_damping};
+  config.renderer = static_cast<Renderer>(wanted.renderer);
+  if (const auto solver = soft_solver_of(wanted.solver)) config.proxy.solver = *solver;
+  return config;
+}
+
+/// A change that was understood, unless the device could not hold it.
+ControlCommand held(const ControlFrame& before, const ControlFrame& wanted,
+                    const SessionConfig& config, bool is_forced) {
+  const SessionConfig changed = changed_by(wanted, config);
+  const std::string beyond = too_stiff(changed);
+  // what was forced before may stay
+  const bool is_new = beyond != too_stiff(changed_by(before, config));
+  if (!beyond.empty() && is_new && !is_forced) return refused(beyond);
+  ControlCommand command{CommandKind::kChange, false, "", ""};
+  const std::vector<std::string> known = config_warnings(changed_by(before, config));
+  for (const std::string& line : config_warnings(changed)) {
+    if (std::find(known.begin(), known.end(), line) == known.end()) command.warning = line;
+  }
+  return command;
+}
+
+ControlCommand set_and_check(std::string_view line, const SessionConfig& config,
+                             ControlFrame& wanted) {
+  constexpr std::string_view kForce = " --force";
+  const bool is_forced = line.ends_with(kForce);
+  if (is_forced) line.remove_suffix(kForce.size());
+  const ControlFrame before = wanted;
+  const ControlCommand command = set(line, config, wanted);
+  return command.kind == CommandKind::kChange ? held(before, wanted, config, is_forced) : command;
 }
 
 }  // namespace
@@ -169,15 +205,15 @@ ControlCommand set(std::string_view line, const SessionConfig& config, ControlFr
 ControlCommand apply_command(std::string_view line, const SessionConfig& config,
                              ControlFrame& wanted) {
   const std::string_view word = take_word(line);
-  if (word == "status" && line == "text") return {CommandKind::kStatusText, false, ""};
+  if (word == "status" && line == "text") return {CommandKind::kStatusText, false, "", ""};
   if (word != "set" && word != "lead" && !line.empty()) {
     return refused("'" + shown(word) + "' takes nothing after it");
   }
   ControlFrame changed = wanted;
-  ControlCommand command{CommandKind::kChange, false, ""};
-  if (word == "status") return {CommandKind::kStatus, false, ""};
-  if (word == "config") return {CommandKind::kConfig, false, ""};
-  if (word == "stop") return {CommandKind::kStop, false, ""};
+  ControlCommand command{CommandKind::kChange, false, "", ""};
+  if (word == "status") return {CommandKind::kStatus, false, "", ""};
+  if (word == "config") return {CommandKind::kConfig, false, "", ""};
+  if (word == "stop") return {CommandKind::kStop, false, "", ""};
   if (word == "clear-fault") {
     ++changed.fault_clears;
     changed.fault = 0;
@@ -187,7 +223,7 @@ ControlCommand apply_command(std::string_view line, const SessionConfig& config,
   } else if (word == "pause" || word == "resume") {
     changed.paused = word == "pause" ? 1 : 0;
   } else if (word == "set") {
-    command = set(line, config, changed);
+    command = set_and_check(line, config, changed);
   } else if (word == "lead") {
     command = lead(line, config, changed);
   } else if (word == "release") {

@@ -16,6 +16,7 @@ struct ControlCommand {
   CommandKind kind = CommandKind::kRefused;
   bool clears_fault = false;
   std::string problem;  // one line: why it is refused
+  std::string warning;  // one line: what to know of a change; empty: nothing
 };
 
 /// Parses one line and applies it to the desired state, wholly or not at all:
@@ -24,7 +25,9 @@ struct ControlCommand {
 ///   rotational-stiffness "2 N·m/rad" | set rotational-damping "1e-3 N·m·s/rad" set renderer NAME,
 ///   if the session has the tool and the maps it needs set solver NAME, of a renderer of a soft
 ///   body
-///   lead X Y Z [QW QX QY QZ], where a simulated hand is led to: the tool's pose in W [m] | release
+///   A stiffness, damping, renderer or solver with which the hand would feel far more than the
+///   device holds (too_stiff) is refused, unless the line ends in --force. lead X Y Z [QW QX QY
+///   QZ], where a simulated hand is led to: the tool's pose in W [m] | release
 /// A change gives `wanted` a new revision. To lead (kLead) is one that is answered at once; its
 /// instant, intent_t_ns, is the caller's to set.
 ControlCommand apply_command(std::string_view line, const SessionConfig& config,

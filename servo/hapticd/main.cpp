@@ -31,6 +31,7 @@ struct Options {
   std::string renderer;
   bool check_only = false;
   bool json = false;
+  bool force = false;
 };
 
 /// Prints the warnings and leaves the meshes to haptic-contact, which can read them.
@@ -56,6 +57,11 @@ int run(Options options) {
   if (!options.renderer.empty()) {
     haptic::use_renderer(config, options.renderer);
     text += "\n# its renderer was replaced: --renderer " + options.renderer + "\n";
+  }
+  const std::string beyond = haptic::too_stiff(config);
+  if (!beyond.empty()) {
+    if (!options.force) throw haptic::InputError(options.config_path + ": " + beyond);
+    text += "\n# forced: --force\n";
   }
   const std::vector<std::string> warnings = haptic::config_warnings(config);
   if (options.check_only) check(options.config_path, warnings);
@@ -93,6 +99,7 @@ int main(int argc, char** argv) try {
   line.quantity("--stiffness", options.stiffness, Dimension::kStiffness, haptic::kPositive,
                 "of the coupling, instead of the file's", "N/m");
   line.flag("--check-config", options.check_only, "check the file and its meshes, start nothing");
+  line.flag("--force", options.force, "start it though it is stiffer than the device holds");
   line.flag("--log-json", options.json, "log one JSON object per line");
   line.example("hapticd configs/bunny.toml");
   line.example("hapticd peg");

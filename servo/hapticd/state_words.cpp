@@ -27,7 +27,8 @@ constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
                                      std::pair{kServoPassivity, "damped to stay passive"},
                                      std::pair{kServoWorkspaceEdge, "edge of the workspace"},
                                      std::pair{kServoNoDevice, "device lost or not homed"},
-                                     std::pair{kServoSoftened, "softened towards a light body"}};
+                                     std::pair{kServoSoftened, "softened towards a light body"},
+                                     std::pair{kServoForced, "stiffer than the device holds"}};
 
 }  // namespace
 

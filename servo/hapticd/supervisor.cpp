@@ -225,8 +225,9 @@ void Supervisor::take_command(uint64_t peer, std::string_view line) {
       log_.write(LogLevel::kInfo, "hapticd",
                  std::string(line) + " (revision " + std::to_string(control_frame_.revision) + ")");
       publish_control(now_ns());
-      unanswered_.push_back(
-          {peer, control_frame_.revision, command.clears_fault, now_ns() + kEchoPatienceNs});
+      unanswered_.push_back({peer, control_frame_.revision, command.clears_fault,
+                             now_ns() + kEchoPatienceNs,
+                             command.warning.empty() ? "" : "; warning: " + command.warning});
   }
 }
 
@@ -265,7 +266,7 @@ void Supervisor::answer_commands(int64_t t_ns) {
     const bool done = taken && !(asked.clears_fault && servo_frame_.fault != 0);
     if (!done && t_ns < asked.give_up_ns) return false;
     commands_.answer(asked.peer,
-                     done    ? "ok"
+                     done    ? "ok" + asked.warning
                      : taken ? "error: the fault is still there; hold the handle stiller than 0.1 "
                                "m/s (the request waits), see the log for its cause"
                              : "error: the servo did not apply it within a second (the request "

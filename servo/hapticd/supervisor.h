@@ -64,6 +64,7 @@ class Supervisor {
     uint64_t revision;
     bool clears_fault;
     int64_t give_up_ns;
+    std::string warning;
   };
 
   /// Whether it holds the device's node, as hapticd does.

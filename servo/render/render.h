@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "proto/config/config.h"
+#include "proto/config/coupling_margin.h"
 #include "proto/wire/wire.h"
 #include "servo/safety/coupling.h"
 #include "servo/safety/force_continuity.h"
@@ -24,6 +25,8 @@ struct ServoModel {
   double sim_period = 1e-3;  // [s]
   DeviceMap map;
   Coupling coupling;  // as configured; the ControlFrame may change it
+  // of the device alone: what it holds of any coupling; damping 0: not known
+  CoupledAxis moving{}, turning{};
   SafetyLimits limits;
   int32_t dead_man_button = -1;
   Renderer renderer{};  // as configured; the ControlFrame may change it

@@ -14,20 +14,41 @@ namespace {
 
 constexpr double kFloor = 1e-9;      // [m]; added to depths: a point that just touches has a weight
 constexpr double kTogether = 0.5;    // share of the radius within which two clusters are one
-constexpr int kMostPasses = 10;      // over the points; each may double the number of clusters
-constexpr float kAlike = 1e-4f;      // relative; distances that rounding can exchange
-constexpr double kSamePlace = 1e-9;  // coordinates of points [m], or of normals, count as equal
+constexpr int kMostPasses = 10;      // over the cells; each may double the number of clusters
+constexpr size_t kMostCells = 512;   // what is clustered, whatever the number of points
+constexpr double kCellShare = 0.25;  // edge of a cell, of the radius
+constexpr double kNormalCells = 1.5;  // round(1.5 n): 26 cells, each within 30° of its middle
+constexpr float kAlike = 1e-4f;       // relative; distances that rounding can exchange
+constexpr double kSamePlace = 1e-9;   // coordinates of points [m], or of normals, count as equal
 constexpr double kLeastBulge = 1e-6;  // less is rounding [1/m]
 constexpr float kInfinite = std::numeric_limits<float>::infinity();
 
 using Centre = ClusterMemory::Centre;
 
-/// Weighted sums over the points of a cluster.
+/// Weighted sums over points.
 struct Gathering {
   Vec3 points_O, normals_O;
   double weight = 0, squares = 0, along = 0;  // Σ w, Σ w p², Σ w n·p
   PushCluster sum;                            // stiffness, count and depth
-  float farthest = 0;                         // D²/radius² of its farthest point
+
+  Centre mean() const { return {points_O / weight, normalized(normals_O)}; }
+
+  void add(const Gathering& other) {
+    points_O += other.points_O;
+    normals_O += other.normals_O;
+    weight += other.weight;
+    squares += other.squares;
+    along += other.along;
+    // of those that approach: the nearest
+    sum.depth = sum.count == 0 ? other.sum.depth : std::max(sum.depth, other.sum.depth);
+    sum.stiffness += other.sum.stiffness;
+    sum.count += other.sum.count;
+  }
+};
+
+/// The points of a cluster, and the one that is farthest from its centre.
+struct Members : Gathering {
+  float farthest = 0;  // D²/radius²
   Centre seed;
 };
 
@@ -152,20 +173,18 @@ size_t nearest_that_agrees(const ClusterMemory::Kind& kind, const Centre& point,
   return nearest;
 }
 
-void gather(const PointPush& push, double weight, Gathering& g) {
-  g.points_O += weight * push.point_O;
-  g.normals_O += weight * push.normal_O;
-  g.weight += weight;
-  g.squares += weight * norm_squared(push.point_O);
-  g.along += weight * dot(push.normal_O, push.point_O);
-  g.sum.stiffness += push.stiffness;
-  ++g.sum.count;
-  // the nearest approaching point
-  if (push.depth > 0) return;
-  g.sum.depth = g.sum.count == 1 ? push.depth : std::max(g.sum.depth, push.depth);
+Gathering alone(const PointPush& push, double weight) {
+  Gathering one;
+  one.points_O = weight * push.point_O;
+  one.normals_O = weight * push.normal_O;
+  one.weight = weight;
+  one.squares = weight * norm_squared(push.point_O);
+  one.along = weight * dot(push.normal_O, push.point_O);
+  one.sum.stiffness = push.stiffness;
+  one.sum.count = 1;
+  one.sum.depth = push.depth;
+  return one;
 }
-
-using Gatherings = std::array<Gathering, kMostClusters>;
 
 /// The pushes of one kind, and what their depths are counted from.
 struct Kind {
@@ -174,24 +193,82 @@ struct Kind {
   double tolerance = 0;
 };
 
-/// Assigns each point to its nearest centre. While there is room, points farther than the radius
-/// from all centres wait, and the farthest of each are seeds; the first of all is the heaviest
-/// point. Returns whether there is a seed.
-bool assign(const Kind& kind, const ClusterOptions& options, const ClusterMemory::Kind& centres,
+/// What is clustered: the points of one kind, gathered where they are close and look alike.
+class Cells {
+ public:
+  /// Cells of a quarter of the radius in space, twice as wide as often as they are too many, and of
+  /// about 40° of the normals.
+  Cells(const Kind& kind, double radius) {
+    for (double edge = kCellShare * radius; !fill(kind, edge); edge *= 2) {
+    }
+  }
+  std::span<const Gathering> all() const { return {cells_.data(), n_}; }
+
+ private:
+  static constexpr size_t kSlots = 2 * kMostCells;  // a power of two
+  using Key = std::array<int64_t, 6>;
+
+  bool fill(const Kind& kind, double edge) {
+    n_ = 0;
+    slots_.fill(0);
+    for (const PointPush& push : kind.pushes) {
+      if ((push.depth <= 0) != kind.approaches) continue;
+      const double weight = push.stiffness * (std::max(push.depth + kind.tolerance, 0.0) + kFloor);
+      if (!add(alone(push, weight), key_of(push, edge))) return false;
+    }
+    return true;
+  }
+  static Key key_of(const PointPush& push, double edge) {
+    const Vec3 p = push.point_O / edge, n = kNormalCells * push.normal_O;
+    return {std::llround(p.x), std::llround(p.y), std::llround(p.z),
+            std::llround(n.x), std::llround(n.y), std::llround(n.z)};
+  }
+  bool add(const Gathering& point, const Key& key) {
+    uint64_t hash = 0;
+    for (const int64_t part : key) {
+      hash = (hash ^ static_cast<uint64_t>(part)) * 0x9e3779b97f4a7c15u;
+      hash ^= hash >> 32;
+    }
+    size_t slot = hash % kSlots;
+    for (; slots_[slot] != 0; slot = (slot + 1) % kSlots) {
+      const size_t cell = slots_[slot] - 1u;
+      if (keys_[cell] != key) continue;
+      cells_[cell].add(point);
+      return true;
+    }
+    if (n_ == kMostCells) return false;
+    keys_[n_] = key;
+    cells_[n_] = point;
+    slots_[slot] = static_cast<uint16_t>(++n_);
+    return true;
+  }
+
+  std::array<uint16_t, kSlots> slots_;  // 1 + number of a cell; 0: none
+  std::array<Key, kMostCells> keys_;
+  union {
+    std::array<Gathering, kMostCells> cells_;  // not initialised: most questions need few
+  };
+  size_t n_ = 0;
+};
+
+using Gatherings = std::array<Members, kMostClusters>;
+
+/// Assigns each cell to its nearest centre. While there is room, those farther than the radius from
+/// all centres wait, and the farthest of each are seeds; the first of all is the heaviest. Returns
+/// whether there is a seed.
+bool assign(const Cells& cells, const ClusterOptions& options, const ClusterMemory::Kind& centres,
             bool has_room, Gatherings& gatherings) {
   Centres near(options);
   for (size_t i = 0; i < centres.size; ++i) near.add(centres.centres[i]);
   for (size_t i = 0; i < std::max<size_t>(centres.size, 1); ++i) gatherings[i] = {};
   bool has_seed = false;
-  for (const PointPush& push : kind.pushes) {
-    if ((push.depth <= 0) != kind.approaches) continue;
-    const Centre point{push.point_O, push.normal_O};
-    const double weight = push.stiffness * (std::max(push.depth + kind.tolerance, 0.0) + kFloor);
-    Centres::Nearest at{0, static_cast<float>(2 + weight)};
+  for (const Gathering& cell : cells.all()) {
+    const Centre point = cell.mean();
+    Centres::Nearest at{0, static_cast<float>(2 + cell.weight)};
     if (centres.size > 0) at = near.nearest(point);
     const bool is_far = at.squared > 1;
     if (is_far && has_room) {
-      Gathering& g = gatherings[at.centre];
+      Members& g = gatherings[at.centre];
       if (goes_before(at.squared, point, g.farthest, g.seed)) {
         g.farthest = at.squared, g.seed = point;
       }
@@ -199,7 +276,7 @@ bool assign(const Kind& kind, const ClusterOptions& options, const ClusterMemory
       continue;
     }
     if (is_far) at.centre = nearest_that_agrees(centres, point, options);
-    if (at.centre < centres.size) gather(push, weight, gatherings[at.centre]);
+    if (at.centre < centres.size) gatherings[at.centre].add(cell);
   }
   return has_seed;
 }
@@ -210,9 +287,9 @@ void move_centres(const ClusterOptions& options, const Gatherings& gatherings,
   const size_t n = centres.size;
   centres.size = 0;
   for (size_t i = 0; i < n; ++i) {
-    const Gathering& g = gatherings[i];
+    const Members& g = gatherings[i];
     if (g.sum.count == 0) continue;
-    const Centre mean{g.points_O / g.weight, normalized(g.normals_O)};
+    const Centre mean = g.mean();
     const bool is_known = std::any_of(
         centres.centres.begin(), centres.centres.begin() + centres.size,
         [&](const Centre& c) { return squared_between(c, mean, options) < kTogether * kTogether; });
@@ -227,9 +304,9 @@ void add_seeds(const ClusterOptions& options, size_t n_gathered, size_t room,
   std::array<bool, kMostClusters> is_used{};
   const size_t n_old = centres.size;
   while (centres.size < room) {
-    const Gathering* farthest = nullptr;
+    const Members* farthest = nullptr;
     for (size_t i = 0; i < n_gathered; ++i) {
-      const Gathering& g = gatherings[i];
+      const Members& g = gatherings[i];
       if (is_used[i] || !(g.farthest > 1)) continue;
       if (farthest == nullptr ||
           goes_before(g.farthest, g.seed, farthest->farthest, farthest->seed))
@@ -249,8 +326,9 @@ void add_seeds(const ClusterOptions& options, size_t n_gathered, size_t room,
 PushCluster cluster_of(const Gathering& g, bool approaches) {
   HAPTIC_ASSERT(g.weight > 0);
   PushCluster cluster = g.sum;
-  cluster.point_O = g.points_O / g.weight;
-  cluster.normal_O = normalized(g.normals_O);
+  const Centre mean = g.mean();
+  cluster.point_O = mean.point_O;
+  cluster.normal_O = mean.normal_O;
   if (!approaches) {
     // weights are forces, but for the floor
     cluster.depth = std::max(norm(g.normals_O) / cluster.stiffness - kFloor, 0.0);
@@ -267,12 +345,13 @@ size_t cluster_kind(const Kind& kind, const ClusterOptions& options, ClusterMemo
   const size_t room = std::min(clusters.size(), kMostClusters);
   centres.size = std::min(centres.size, room);
   if (room == 0) return 0;
+  const Cells cells(kind, options.radius);
   Gatherings gatherings;
   bool is_known = false;
   for (int pass = 0;; ++pass) {
     const bool is_last = pass == kMostPasses;
     const bool has_seed =
-        assign(kind, options, centres, centres.size < room && !is_last, gatherings);
+        assign(cells, options, centres, centres.size < room && !is_last, gatherings);
     // once without seeds the centres move, then the points are assigned for good
     if (is_last || (is_known && !has_seed)) break;
     is_known = !has_seed;

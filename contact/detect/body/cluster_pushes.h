@@ -67,18 +67,20 @@ void share_stiffness(std::span<PointPush> pushes, double stiffness, double shari
 
 /// Weighted K-means in (position, normal) space, at the distance
 ///   D² = |p − c|² + λ² |n − m|²,  λ² = radius² / (2 − 2 least_agreement),
-/// so that D ≤ radius implies that the normals agree. It begins with the centres of the last frame,
-/// merges those nearer than half the radius, and while a point is farther than the radius from all,
-/// the farthest becomes a centre; then each centre moves to the weighted mean of its points, and
-/// points are assigned once more. With no more room a point goes to the nearest centre whose normal
-/// agrees; without one it is left out. Weights are k (depth + tolerance), with tolerance 0 for
-/// points that push: a point enters with weight zero among those that push and among those that
-/// approach, which have clusters of their own and come after. A cluster lies at Σ w p/Σ w, with
-/// normal Σ w n; it pushes by the sum of the forces of its points, whichever these are, and if it
-/// approaches its depth is that of the nearest. The numbering of the points does not matter.
-/// Returns the number of clusters.
-/// Source: Otaduy & Lin 2006; there a fixed number of clusters in position alone, which lets
-/// opposite walls cancel. Farthest-point seeds: Gonzalez 1985.
+/// so that D ≤ radius implies that the normals agree. Points that share a cell, of radius/4 and of
+/// alike normals, are one, with their weight and their sums; cells double in width until there are
+/// no more than 512, so that one pass sees all points and all others see few. It begins with the
+/// centres of the last frame, merges those nearer than half the radius, and while a point is
+/// farther than the radius from all, the farthest becomes a centre; then each centre moves to the
+/// weighted mean of its points, and points are assigned once more. With no more room a point goes
+/// to the nearest centre whose normal agrees; without one it is left out. Weights are k (depth +
+/// tolerance), with tolerance 0 for points that push: a point enters with weight zero among those
+/// that push and among those that approach, which have clusters of their own and come after. A
+/// cluster lies at Σ w p/Σ w, with normal Σ w n; it pushes by the sum of the forces of its points,
+/// whichever these are, and if it approaches its depth is that of the nearest. The numbering of the
+/// points does not matter. Returns the number of clusters. Source: Otaduy & Lin 2006; there a fixed
+/// number of clusters in position alone, which lets opposite walls cancel. Farthest-point seeds:
+/// Gonzalez 1985.
 size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& options,
                       ClusterMemory& memory, std::span<PushCluster> clusters);
 

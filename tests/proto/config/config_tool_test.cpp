@@ -179,6 +179,14 @@ TEST_CASE("config: a coupling too stiff for its device is warned of with the num
   CHECK(felt("1900 N/m").empty());
   REQUIRE(felt("2 kN/m").size() == 1);
   CHECK(felt("2 kN/m")[0].find("contact_stiffness in [proxy]") != std::string::npos);
+  // far more than the device holds is refused, unless it is forced
+  const auto refused = [](const std::string& coupling) {
+    return too_stiff(parse_config(scene_with("stiffness = \"800 N/m\"\n", coupling), "x.toml"));
+  };
+  CHECK(refused("stiffness = \"3999 N/m\"\n").empty());
+  CHECK(refused("stiffness = \"4001 N/m\"\n").find("stiffness in [coupling] is 4001 N/m") == 0);
+  CHECK(refused("stiffness = \"3001 N/m\"\ndamping = \"0.25 N·s/m\"\n").find("= 1500 N/m") !=
+        std::string::npos);
   // rotation has its own margin if the device has torque and states its inertia
   const std::string torque =
       "max_torque = \"0.1 N·m\"\n[device.hand]\ninertia = \"1e-4 kg·m²\"\n"

@@ -2,6 +2,7 @@
 // Tests for servo/hapticd/command.cpp.
 #include "servo/hapticd/command.h"
 #include "proto/config/devices.h"
+#include "proto/ipc/control.h"
 #include "proto/wire/renderer.h"
 
 #include <catch2/catch.hpp>
@@ -35,8 +36,8 @@ TEST_CASE("command: each word changes what it says, and the revision", "[servo]"
   CHECK(wanted.fault_clears == 1);
   apply_command("set stiffness 500 N/m", kSession, wanted);
   CHECK(wanted.translational_stiffness == 500);
-  apply_command("set damping 2 N·s/m", kSession, wanted);
-  CHECK(wanted.translational_damping == 2);
+  apply_command("set damping 0.2 N·s/m", kSession, wanted);
+  CHECK(wanted.translational_damping == 0.2);
   apply_command("set rotational-stiffness 2 N·m/rad", kSession, wanted);
   CHECK(wanted.rotational_stiffness == 2);
   apply_command("set rotational-damping 0.001 N·m·s/rad", kSession, wanted);
@@ -46,6 +47,40 @@ TEST_CASE("command: each word changes what it says, and the revision", "[servo]"
   apply_command("set renderer virtual-proxy3", kSession, wanted);
   CHECK(wanted.renderer == static_cast<uint32_t>(haptic::Renderer::kVirtualProxy3));
   CHECK(wanted.revision == 18);
+}
+
+TEST_CASE("command: what the device cannot hold is warned of, and far more only by force",
+          "[servo]") {
+  // 1 kHz, s = 2 and φ = 0.5 give the handle the scene's stiffness; b = 0.5 N·s/m holds 1000 N/m
+  haptic::SessionConfig config;
+  config.device.hand.damping = 0.5;
+  config.map.motion_scale = 2;
+  config.map.force_scale = 0.5;
+  ControlFrame wanted = haptic::initial_control(config);
+  CHECK(apply_command("set stiffness 990 N/m", config, wanted).warning.empty());
+  const ControlCommand warned = apply_command("set stiffness 1500 N/m", config, wanted);
+  CHECK(warned.kind == CommandKind::kChange);
+  CHECK(warned.warning.find("= 1000 N/m") != std::string::npos);
+  CHECK(apply_command("set time-scale 0.5", config, wanted).warning.empty());
+  const ControlCommand refused = apply_command("set stiffness 2001 N/m", config, wanted);
+  CHECK(refused.kind == CommandKind::kRefused);
+  CHECK(refused.problem.find("= 1000 N/m") != std::string::npos);
+  CHECK(refused.problem.find("--force") != std::string::npos);
+  CHECK(wanted.translational_stiffness == 1500);
+  CHECK(apply_command("set stiffness 2001 N/m --force", config, wanted).kind ==
+        CommandKind::kChange);
+  CHECK(wanted.translational_stiffness == 2001);
+  // it stays, and more of it is asked for anew
+  CHECK(apply_command("pause", config, wanted).kind == CommandKind::kChange);
+  CHECK(apply_command("set time-scale 1", config, wanted).kind == CommandKind::kChange);
+  CHECK(apply_command("set stiffness 2002 N/m", config, wanted).kind == CommandKind::kRefused);
+  // its damping is taken from what the device has: 2 · 0.1 · 1000 / s = 200 N/m
+  apply_command("set stiffness 450 N/m", config, wanted);
+  CHECK(apply_command("set damping 0.4 N·s/m", config, wanted).kind == CommandKind::kRefused);
+  CHECK(apply_command("set damping 0.3 N·s/m", config, wanted).kind == CommandKind::kChange);
+  // twice the rate holds twice as much
+  config.servo_rate = 2000;
+  CHECK(apply_command("set damping 0.4 N·s/m", config, wanted).kind == CommandKind::kChange);
 }
 
 TEST_CASE("command: asking and stopping change nothing", "[servo]") {

@@ -25,6 +25,7 @@ export const kServoFlags = [
   [19, "edge of the workspace", "note", "The soft edge of the workspace pushes back."],
   [20, "device lost or not homed", "bad", "Plug the device in and calibrate it."],
   [21, "softened towards a light body", "note", "The body is too light for this stiffness. Lower it, or give the body more mass."],
+  [22, "stiffer than the device holds", "warn", "It was forced, and may sing in a light hand. Lower the stiffness."],
 ];
 
 /** Fault by number: [sentence, remedy]. */

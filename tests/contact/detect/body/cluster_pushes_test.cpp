@@ -70,6 +70,32 @@ TEST_CASE("clusters: opposite normals do not cancel", "[contact][trap]") {
   CHECK(norm(sum_pushes(pushes, {}).F0_O.f) < 1e-12);
 }
 
+TEST_CASE("clusters: of tens of thousands of points none pushes another way than its own",
+          "[contact][trap]") {
+  // both walls of a slot, far wider than the clusters that there is room for, one wall pressed more
+  std::vector<PointPush> pushes;
+  for (const double side : {1.0, -1.0}) {
+    for (PointPush p : flat_patch(20'000, 0.1, side > 0 ? 2e-3 : 1e-3, 5)) {
+      p.point_O.z = -0.2e-3 * side;
+      p.normal_O = {0, 0, side};
+      pushes.push_back(p);
+    }
+  }
+  std::array<PushCluster, kMostClusters> clusters;
+  const size_t n = clustered(pushes, {1e-3, 0.5}, clusters);
+  double up = 0, down = 0;
+  size_t count = 0;
+  for (size_t i = 0; i < n; ++i) {
+    const double force = clusters[i].stiffness * clusters[i].depth * clusters[i].normal_O.z;
+    (force > 0 ? up : down) += force;
+    CHECK(std::fabs(clusters[i].normal_O.z) > 1 - 1e-9);
+    count += clusters[i].count;
+  }
+  CHECK(count == pushes.size());
+  CHECK(up == Approx(20'000 * 5 * 2e-3));
+  CHECK(down == Approx(-20'000 * 5 * 1e-3));
+}
+
 TEST_CASE("clusters: points that approach have clusters of their own", "[contact]") {
   auto pushes = flat_patch(10, 1e-3, 1e-3, 50);
   for (PointPush& p : flat_patch(10, 1e-3, -2e-4, 50)) pushes.push_back(p);
