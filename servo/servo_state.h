@@ -44,6 +44,14 @@ struct PushCounters {
   int64_t t_ns = 0;      // this tick
 };
 
+/// How the processes keep up, since the last judgement of it (pace.h).
+struct Pace {
+  int64_t since_ns = 0;
+  uint64_t skipped = 0, scene_seq = 0;  // then
+  uint64_t n_ticks = 0, n_late_contacts = 0;
+  uint32_t flags = 0;  // of the judgement
+};
+
 /// All that survives a tick.
 struct ServoState {
   Coupling coupling;  // in force
@@ -56,6 +64,7 @@ struct ServoState {
   GraspState grasp;
   LightBodies light;
   ContactAge age;
+  Pace pace;
   SafetyState safety;
   AdmittanceState admittance;  // of an admittance device
   Clutch clutch;

@@ -4,6 +4,7 @@
 #include "proto/math/assert.h"
 #include "proto/wire/mapping.h"
 #include "servo/admittance_step.h"
+#include "servo/pace.h"
 #include "servo/tick.h"
 
 namespace haptic {
@@ -92,8 +93,10 @@ ServoFrame impedance_step(const ServoModel& model, ServoState& state, const Serv
 
 ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInput& input) {
   HAPTIC_ASSERT(model.dt > 0 && model.dead_man_button < 32);
-  return model.admittance ? admittance_step(model, state, input)
-                          : impedance_step(model, state, input);
+  ServoFrame frame =
+      model.admittance ? admittance_step(model, state, input) : impedance_step(model, state, input);
+  frame.flags |= keep_pace(state.pace, input, frame.flags, model.sim_period);
+  return frame;
 }
 
 }  // namespace haptic

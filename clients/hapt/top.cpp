@@ -3,10 +3,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <iostream>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
@@ -31,6 +33,11 @@ struct TopOptions {
   uint64_t screens = std::numeric_limits<uint64_t>::max();
   bool batch = false, json = false;
 };
+
+constexpr std::array<std::pair<uint32_t, const char*>, 3> kBehind{
+    {{kServoLate, ServoChannels::kName},
+     {kServoContactLate, ContactChannels::kName},
+     {kServoSimLate, SimChannels::kName}}};
 
 /// One process over one period.
 struct Line {
@@ -125,6 +132,9 @@ void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
               norm(frame.F_device_B.f), 1e3 * frame.depth, frame.n_contacts, frame.fade,
               static_cast<unsigned long long>(frame.skipped),
               (frame.flags & kServoFault) != 0 ? "   FAULT" : "", realtime_line(servo).c_str());
+  for (const auto& [flag, name] : kBehind) {
+    if ((frame.flags & flag) != 0) std::printf("%s falls behind\n", name);
+  }
 }
 
 /// {"p50": …, "p99": …, "max": …} in seconds; null where nothing was measured.
@@ -152,8 +162,15 @@ void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame, 
   }
   std::cout << "}, \"force_n\": " << norm(frame.F_device_B.f) << ", \"depth_m\": " << frame.depth
             << ", \"contacts\": " << frame.n_contacts << ", \"fade\": " << frame.fade
-            << ", \"skipped_ticks\": " << frame.skipped << ", \"fault\": " << frame.fault << "}"
-            << std::endl;
+            << ", \"skipped_ticks\": " << frame.skipped << ", \"fault\": " << frame.fault
+            << ", \"behind\": [";
+  separator = "";
+  for (const auto& [flag, name] : kBehind) {
+    if ((frame.flags & flag) == 0) continue;
+    std::cout << separator << json_string(name);
+    separator = ", ";
+  }
+  std::cout << "]}" << std::endl;
 }
 
 void run_top(const TopOptions& options) {

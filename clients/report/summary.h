@@ -67,6 +67,16 @@ Penetration measure_penetration(const SessionData& data, const SessionConfig& co
 bool is_touching(const ServoFrame& frame);
 
 /// Metrics that others look for among the rows.
+/// Processes that did not keep up, as the servo judges it; the share of the time is told where any.
+struct BehindRow {
+  uint32_t flag;
+  std::string_view metric, words;
+};
+inline constexpr std::array<BehindRow, 3> kBehind{
+    {{kServoLate, "time in which the servo fell behind", "the servo fell behind"},
+     {kServoContactLate, "time in which contact fell behind", "contact fell behind"},
+     {kServoSimLate, "time in which sim fell behind", "sim fell behind"}}};
+
 inline constexpr std::string_view kContactShare = "share of ticks in contact";  // [%]
 inline constexpr std::string_view kFirstTouch = "time of the first touch";      // since the start
 

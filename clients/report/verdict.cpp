@@ -36,7 +36,9 @@ double figure(const std::vector<Row>& rows, std::string_view metric) {
 std::vector<Row> brief(const std::vector<Row>& rows) {
   std::vector<Row> kept;
   for (const Row& row : rows) {
-    const bool is_first = std::find(kFirst.begin(), kFirst.end(), row.metric) != kFirst.end();
+    const bool is_first =
+        std::find(kFirst.begin(), kFirst.end(), row.metric) != kFirst.end() ||
+        std::ranges::any_of(kBehind, [&](const BehindRow& b) { return b.metric == row.metric; });
     if (row.holds || is_first) kept.push_back(row);
     // why is a long story
     if (row.metric == "real time") kept.back().note = row.note.substr(0, row.note.find(':'));
@@ -50,9 +52,14 @@ std::string verdict(const std::vector<Row>& rows, const std::string& shown, doub
   if (!all_hold(rows)) {
     return one_line("FAILED: " + missed_goals(rows) + "; --report prints every figure");
   }
+  std::string behind;
+  for (const BehindRow& b : kBehind) {
+    const double share = figure(rows, b.metric);
+    if (share > 0) behind += ", " + std::string(b.words) + " for " + readable(share, "%");
+  }
   return one_line("passed: " + readable(seconds, "s") + " with " + shown + ", " +
-                  std::to_string(std::lround(figure(rows, kContactShare))) +
-                  " % in contact; next: " + next);
+                  std::to_string(std::lround(figure(rows, kContactShare))) + " % in contact" +
+                  behind + "; next: " + next);
 }
 
 }  // namespace haptic

@@ -72,6 +72,9 @@ enum ServoFlag : uint32_t {
   kServoNoDevice = 1u << 20,       // the device is lost or not homed; zero wrench, then soft start
   kServoSoftened = 1u << 21,       // the coupling is softened towards a body too light for it
   kServoForced = 1u << 22,         // the coupling is far stiffer than the device holds (--force)
+  kServoLate = 1u << 23,           // in the last second it skipped more than 1 % of its ticks,
+  kServoContactLate = 1u << 24,    // contact was late for more than 1 % of them,
+  kServoSimLate = 1u << 25,        // sim published less than 90 % of its frames
 };
 
 /// Why the force is latched at zero.

@@ -28,7 +28,10 @@ constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
                                      std::pair{kServoWorkspaceEdge, "edge of the workspace"},
                                      std::pair{kServoNoDevice, "device lost or not homed"},
                                      std::pair{kServoSoftened, "softened towards a light body"},
-                                     std::pair{kServoForced, "stiffer than the device holds"}};
+                                     std::pair{kServoForced, "stiffer than the device holds"},
+                                     std::pair{kServoLate, "servo falls behind"},
+                                     std::pair{kServoContactLate, "contact falls behind"},
+                                     std::pair{kServoSimLate, "sim falls behind"}};
 
 }  // namespace
 

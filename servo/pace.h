@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "servo/servo_state.h"
+
+namespace haptic {
+
+/// Whether servo, contact and sim keep up, as ServoFlag: judged each second, said for the next one.
+///   servo:    more than 1 % of its ticks were skipped
+///   contact:  in more than 1 % of its ticks contacts were so old that they held or faded
+///   sim:      it published less than 90 % of the frames of its rate, but some
+/// `age_flags`: of the contacts in this tick (weigh_contacts); `sim_period` [s].
+uint32_t keep_pace(Pace& pace, const ServoInput& input, uint32_t age_flags, double sim_period);
+
+}  // namespace haptic
