@@ -43,8 +43,13 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
   model.map = config.map;
   model.coupling = {config.coupling.translational_stiffness, config.coupling.translational_damping,
                     config.coupling.rotational_stiffness, config.coupling.rotational_damping};
-  if (!row_of(config.device.kind).is_recorded) model.moving = moving_axis(config);
-  if (config.device.max_torque > 0) model.turning = turning_axis(config);
+  // a recorded hand is not in the loop
+  if (!row_of(config.device.kind).is_recorded) {
+    model.moving = moving_axis(config);
+    const bool turns =
+        config.device.kind != DeviceKind::kSimulatedHand || config.device.hand.inertia > 0;
+    if (config.device.max_torque > 0 && turns) model.turning = turning_axis(config);
+  }
   model.dead_man_button = config.safety.dead_man_button;
   model.renderer = config.renderer;
   model.virtual_proxy.radius = config.proxy_radius;

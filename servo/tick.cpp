@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "proto/config/renderer_needs.h"
 #include "proto/math/assert.h"
 #include "proto/wire/mapping.h"
 #include "proto/wire/renderer.h"
@@ -180,7 +181,11 @@ bool is_soft_body(const ContactSet* contacts) {
 }
 
 /// Whether the coupling, as it is felt at the handle, is far beyond what the device holds.
-bool is_forced(const ServoModel& model, const Coupling& coupling) {
+bool is_forced(const ServoModel& model, const ServoState& state) {
+  // a hand that feels contacts directly feels none
+  const SoftSolver solver = state.soft_solver.value_or(solver_of(model.proxy, state.renderer));
+  if (is_of_body(state.renderer) && !has_springs(solver, state.renderer)) return false;
+  const Coupling& coupling = state.coupling;
   const double turning = model.map.force_scale, moving = model.map.motion_scale * turning;
   CoupledAxis along = model.moving, about = model.turning;
   along.stiffness = moving * coupling.translational_stiffness;
@@ -197,7 +202,7 @@ Rendered render(const ServoModel& model, ServoState& state, const ServoInput& in
   frame.F_coupling_W = rendered.F_W;
   frame.translational_stiffness = coupling.translational_stiffness;
   frame.rotational_stiffness = coupling.rotational_stiffness;
-  if (is_forced(model, state.coupling)) frame.flags |= kServoForced;
+  if (is_forced(model, state)) frame.flags |= kServoForced;
   frame.X_WP = rendered.X_WP;
   frame.depth = norm(rendered.X_WP.p - frame.X_WT.p);
   frame.n_contacts = static_cast<uint32_t>(rendered.n_pushing);

@@ -74,7 +74,8 @@ void add_set(Command& app) {
       .required();
   command.option("VALUE", options->value, "with its unit, as \"500 N/m\"; or a name").required();
   add_session(command, options->session);
-  command.flag("--force", options->force, "though it is stiffer than the device holds");
+  command.flag("--force", options->force,
+               "even if the coupling is stiffer than the device can hold");
   command.example("hapt set stiffness \"500 N/m\"");
   command.example("hapt set solver penalty-dynamics");
   command.action([options] {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,8 @@ namespace {
 // what the clock and the load of the machine decide
 constexpr std::array<std::string_view, 7> kOfTheMachine{
     "t_ns", "realtime_ns", "device.t_ns", "wake_late_ns", "busy_ns", "contact_seq", "scene_seq"};
+
+constexpr uint32_t kFlagsOfTheMachine = kServoLate | kServoContactLate | kServoSimLate;
 
 std::vector<Field> compared_fields(bool exact) {
   std::vector<Field> fields = flatten(Schema<ServoFrame>::text);
@@ -84,11 +87,15 @@ void note(LogDiff& diff, uint64_t tick, const std::string& field, double a, doub
   diff.first_b = b;
 }
 
-void compare(const Frames& a, const Frames& b, const std::vector<Field>& fields, LogDiff& diff) {
+void compare(const Frames& a, const Frames& b, const std::vector<Field>& fields, bool exact,
+             LogDiff& diff) {
   ++diff.common;
   diff.rms_force += norm_squared(a.frame().F_device_B.f - b.frame().F_device_B.f);
   diff.rms_proxy += norm_squared(a.frame().X_WP.p - b.frame().X_WP.p);
   const auto differs = [&](const Field& field) {
+    if (!exact && field.offset == offsetof(ServoFrame, flags)) {
+      return ((a.frame().flags ^ b.frame().flags) & ~kFlagsOfTheMachine) != 0;
+    }
     return std::memcmp(a.bytes() + field.offset, b.bytes() + field.offset, size_of(field)) != 0;
   };
   const auto field = std::ranges::find_if(fields, differs);
@@ -109,7 +116,7 @@ LogDiff diff_logs(const std::string& path_a, const std::string& path_b, const st
     const bool lacks_b = !b.has() || (a.has() && a.frame().tick < b.frame().tick);
     const bool lacks_a = !a.has() || (b.has() && b.frame().tick < a.frame().tick);
     if (!lacks_a && !lacks_b) {
-      compare(a, b, fields, diff);
+      compare(a, b, fields, exact, diff);
     } else {
       note(diff, (lacks_b ? a : b).frame().tick, lacks_b ? "missing in B" : "missing in A", 0, 0);
       ++(lacks_b ? diff.only_a : diff.only_b);

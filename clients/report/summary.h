@@ -66,7 +66,6 @@ Penetration measure_penetration(const SessionData& data, const SessionConfig& co
 /// True if the tick has a contact whose force the hand can feel; weaker ones count as free space.
 bool is_touching(const ServoFrame& frame);
 
-/// Metrics that others look for among the rows.
 /// Processes that did not keep up, as the servo judges it; the share of the time is told where any.
 struct BehindRow {
   uint32_t flag;
@@ -77,6 +76,7 @@ inline constexpr std::array<BehindRow, 3> kBehind{
      {kServoContactLate, "time in which contact fell behind", "contact fell behind"},
      {kServoSimLate, "time in which sim fell behind", "sim fell behind"}}};
 
+/// Metrics that others look for among the rows.
 inline constexpr std::string_view kContactShare = "share of ticks in contact";  // [%]
 inline constexpr std::string_view kFirstTouch = "time of the first touch";      // since the start
 

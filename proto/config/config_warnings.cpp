@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/config/config_warnings.h"
 
+#include <algorithm>
 #include <sstream>
 
 #include "proto/config/coupling_margin.h"
@@ -31,6 +32,16 @@ struct FeltAxis {
   bool is_coupling = true;
 };
 
+/// A simulated handle that cannot turn.
+bool is_held_still(const DeviceConfig& device) {
+  return device.kind == DeviceKind::kSimulatedHand && !(device.hand.inertia > 0);
+}
+
+/// How far a stiffness is above the most that may be asked for.
+double excess(const CoupledAxis& axis) {
+  return axis.stiffness - kMostBeyond * passive_stiffness(axis);
+}
+
 std::vector<FeltAxis> felt_axes(const SessionConfig& config) {
   std::vector<FeltAxis> axes;
   // a replay has no hand in the loop and cannot oscillate
@@ -48,7 +59,7 @@ std::vector<FeltAxis> felt_axes(const SessionConfig& config) {
     linear.coupling_damping = 0;
     axes.push_back({linear, by_points ? kPoints : kContact, false});
   }
-  if (config.device.max_torque > 0 && !is_direct) {
+  if (config.device.max_torque > 0 && !is_direct && !is_held_still(config.device)) {
     axes.push_back({turning_axis(config), kAngular});
   }
   std::erase_if(axes, [](const FeltAxis& felt) {
@@ -90,9 +101,7 @@ void check_axis(const FeltAxis& felt, std::vector<std::string>& lines) {
 std::vector<std::string> config_warnings(const SessionConfig& config) {
   std::vector<std::string> lines;
   for (const FeltAxis& felt : felt_axes(config)) check_axis(felt, lines);
-  const bool is_held_still =
-      config.device.kind == DeviceKind::kSimulatedHand && !(config.device.hand.inertia > 0);
-  if (config.device.max_torque > 0 && is_held_still) {
+  if (config.device.max_torque > 0 && is_held_still(config.device)) {
     lines.push_back(
         "max_torque in [device] has no effect: the simulated hand's handle cannot turn; give "
         "inertia in [device.hand], as \"1e-4 kg·m²\"");
@@ -100,16 +109,21 @@ std::vector<std::string> config_warnings(const SessionConfig& config) {
   return lines;
 }
 
-std::string too_stiff(const SessionConfig& config) {
+std::string too_stiff(const SessionConfig& config, const SessionConfig* held) {
+  const std::vector<FeltAxis> before = held != nullptr ? felt_axes(*held) : std::vector<FeltAxis>{};
   for (const FeltAxis& felt : felt_axes(config)) {
     // of contacts that are felt directly only the stiffness of one is known
     if (!felt.is_coupling || !is_far_beyond(felt.axis)) continue;
+    const bool is_held = std::ranges::any_of(before, [&](const FeltAxis& b) {
+      return b.words.stiffness == felt.words.stiffness && excess(b.axis) >= excess(felt.axis);
+    });
+    if (is_held) continue;
     std::ostringstream text;
     text.precision(5);
     text << words_of(felt)
          << ": more than twice what it holds, 2 (b - b_c)/T = " << passive_stiffness(felt.axis)
          << " " << felt.words.stiffness_unit << "; lower it, or " << felt.words.damping
-         << ", or raise rate in [servo], or --force it";
+         << ", or raise rate in [servo] (hapticd and hapt set take --force)";
     return text.str();
   }
   return "";

@@ -16,7 +16,8 @@ namespace haptic {
 std::vector<std::string> config_warnings(const SessionConfig& config);
 
 /// Why a session is refused unless it is forced, one line with the figures: the stiffness of its
-/// coupling is, on an axis, far beyond what the device holds (is_far_beyond). Empty: it is not.
-std::string too_stiff(const SessionConfig& config);
+/// coupling is, on an axis, far beyond what the device holds (is_far_beyond). Empty: it is not, or
+/// `held`, what was forced before, was as far beyond on that axis.
+std::string too_stiff(const SessionConfig& config, const SessionConfig* held = nullptr);
 
 }  // namespace haptic

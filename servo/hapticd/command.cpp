@@ -177,15 +177,14 @@ SessionConfig changed_by(const ControlFrame& wanted, SessionConfig config) {
 /// A change that was understood, unless the device could not hold it.
 ControlCommand held(const ControlFrame& before, const ControlFrame& wanted,
                     const SessionConfig& config, bool is_forced) {
-  const SessionConfig changed = changed_by(wanted, config);
-  const std::string beyond = too_stiff(changed);
-  // what was forced before may stay
-  const bool is_new = beyond != too_stiff(changed_by(before, config));
-  if (!beyond.empty() && is_new && !is_forced) return refused(beyond);
+  const SessionConfig now = changed_by(before, config), changed = changed_by(wanted, config);
+  const std::string beyond = too_stiff(changed, &now);
+  if (!beyond.empty() && !is_forced) return refused(beyond);
   ControlCommand command{CommandKind::kChange, false, "", ""};
-  const std::vector<std::string> known = config_warnings(changed_by(before, config));
+  const std::vector<std::string> known = config_warnings(now);
   for (const std::string& line : config_warnings(changed)) {
-    if (std::find(known.begin(), known.end(), line) == known.end()) command.warning = line;
+    if (std::find(known.begin(), known.end(), line) != known.end()) continue;
+    command.warning += (command.warning.empty() ? "" : "; ") + line;
   }
   return command;
 }

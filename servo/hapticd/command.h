@@ -20,14 +20,15 @@ struct ControlCommand {
 };
 
 /// Parses one line and applies it to the desired state, wholly or not at all:
-///   status (one line of JSON) | status text | config | stop | clear-fault | arm | disarm | pause |
-///   resume set stiffness "500 N/m" | set damping "2 N·s/m" | set time-scale 0.5 set
-///   rotational-stiffness "2 N·m/rad" | set rotational-damping "1e-3 N·m·s/rad" set renderer NAME,
-///   if the session has the tool and the maps it needs set solver NAME, of a renderer of a soft
-///   body
-///   A stiffness, damping, renderer or solver with which the hand would feel far more than the
-///   device holds (too_stiff) is refused, unless the line ends in --force. lead X Y Z [QW QX QY
-///   QZ], where a simulated hand is led to: the tool's pose in W [m] | release
+///   status (one line of JSON) | status text | config | stop
+///   clear-fault | arm | disarm | pause | resume
+///   set stiffness "500 N/m" | set damping "2 N·s/m" | set time-scale 0.5
+///   set rotational-stiffness "2 N·m/rad" | set rotational-damping "1e-3 N·m·s/rad"
+///   set renderer NAME, if the session has the tool and the maps it needs
+///   set solver NAME, of a renderer of a soft body
+///   lead X Y Z [QW QX QY QZ], where a simulated hand is led to: the tool's pose in W [m] | release
+/// What is set is refused where the hand would feel far more than the device holds (too_stiff),
+/// unless the line ends in --force.
 /// A change gives `wanted` a new revision. To lead (kLead) is one that is answered at once; its
 /// instant, intent_t_ns, is the caller's to set.
 ControlCommand apply_command(std::string_view line, const SessionConfig& config,

@@ -99,7 +99,8 @@ int main(int argc, char** argv) try {
   line.quantity("--stiffness", options.stiffness, Dimension::kStiffness, haptic::kPositive,
                 "of the coupling, instead of the file's", "N/m");
   line.flag("--check-config", options.check_only, "check the file and its meshes, start nothing");
-  line.flag("--force", options.force, "start it though it is stiffer than the device holds");
+  line.flag("--force", options.force,
+            "start it even if its coupling is stiffer than the device can hold");
   line.flag("--log-json", options.json, "log one JSON object per line");
   line.example("hapticd configs/bunny.toml");
   line.example("hapticd peg");

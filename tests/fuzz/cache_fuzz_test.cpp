@@ -94,11 +94,15 @@ void ask(const PieceTree& tree, Random& random) {
     Pose X;
     X.p = point_near(random);
     options.threshold = i % 2 == 0 ? 0 : 1e-3;
-    const std::array<TriangleMeeting, 1> meetings{{{0, 0, {}, {0, 0, 1}, 0.1}}};
+    const uint32_t leaf = tree.leaf_of[random() % tree.leaf_of.size()];
+    const uint32_t of_ball = ball.leaf_of[random() % ball.leaf_of.size()];
+    const std::array<TriangleMeeting, 1> meetings{{{leaf, of_ball, {}, {0, 0, 1}, 0.1}}};
+    const std::array<TriangleMeeting, 1> swapped{{{of_ball, leaf, {}, {0, 0, 1}, 0.1}}};
     front.update(X, options);
-    front.contacts(meetings);
+    front.contacts(i % 2 == 0 ? std::optional<std::span<const TriangleMeeting>>(meetings)
+                              : std::nullopt);
     reversed.update(X, options);
-    reversed.contacts(meetings);
+    reversed.contacts(swapped);
   }
 }
 

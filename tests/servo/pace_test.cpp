@@ -34,7 +34,7 @@ uint32_t said_after(int seconds, int skipped, int late, int frames) {
 
 }  // namespace
 
-TEST_CASE("pace: who keeps up is not spoken of, and who does not is, after a second") {
+TEST_CASE("pace: only processes that fall behind are reported, after a second") {
   CHECK(said_after(3, 0, 0, 100) == 0);
   CHECK(said_after(3, 1, 0, 91) == 0);
   CHECK(said_after(3, 0, 1, 91) == 0);

@@ -17,10 +17,10 @@ constexpr double kTogether = 0.5;    // share of the radius within which two clu
 constexpr int kMostPasses = 10;      // over the cells; each may double the number of clusters
 constexpr size_t kMostCells = 512;   // what is clustered, whatever the number of points
 constexpr double kCellShare = 0.25;  // edge of a cell, of the radius
-constexpr double kNormalCells = 1.5;  // round(1.5 n): 26 cells, each within 30° of its middle
-constexpr float kAlike = 1e-4f;       // relative; distances that rounding can exchange
-constexpr double kSamePlace = 1e-9;   // coordinates of points [m], or of normals, count as equal
-constexpr double kLeastBulge = 1e-6;  // less is rounding [1/m]
+constexpr double kNormalCells = 1.49;  // round(1.49 n): 26 cells, each within 30° of its middle
+constexpr float kAlike = 1e-4f;        // relative; distances that rounding can exchange
+constexpr double kSamePlace = 1e-9;    // coordinates of points [m], or of normals, count as equal
+constexpr double kLeastBulge = 1e-6;   // less is rounding [1/m]
 constexpr float kInfinite = std::numeric_limits<float>::infinity();
 
 using Centre = ClusterMemory::Centre;
@@ -196,8 +196,8 @@ struct Kind {
 /// What is clustered: the points of one kind, gathered where they are close and look alike.
 class Cells {
  public:
-  /// Cells of a quarter of the radius in space, twice as wide as often as they are too many, and of
-  /// about 40° of the normals.
+  /// Cells of a quarter of the radius in space, and 26 of the normals; each time that they are too
+  /// many it begins anew with cells twice as wide.
   Cells(const Kind& kind, double radius) {
     for (double edge = kCellShare * radius; !fill(kind, edge); edge *= 2) {
     }

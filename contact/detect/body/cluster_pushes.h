@@ -69,7 +69,7 @@ void share_stiffness(std::span<PointPush> pushes, double stiffness, double shari
 ///   D² = |p − c|² + λ² |n − m|²,  λ² = radius² / (2 − 2 least_agreement),
 /// so that D ≤ radius implies that the normals agree. Points that share a cell, of radius/4 and of
 /// alike normals, are one, with their weight and their sums; cells double in width until there are
-/// no more than 512, so that one pass sees all points and all others see few. It begins with the
+/// no more than 512, so that most passes see few. It begins with the
 /// centres of the last frame, merges those nearer than half the radius, and while a point is
 /// farther than the radius from all, the farthest becomes a centre; then each centre moves to the
 /// weighted mean of its points, and points are assigned once more. With no more room a point goes

@@ -27,36 +27,39 @@ double sliding_speed(const PieceQuestion& question, uint32_t object) {
   return norm(v_W) + question.tool_radius * norm(question.V_WT.w - V_WO.w);
 }
 
-/// Sorts by place, and lets the pairs of triangles that meet at one place share it.
+/// Sorts by place, and lets the pairs of triangles that meet at one place along one normal share
+/// it.
 void share_places(std::span<TriangleMeeting> meetings) {
   const auto place = [](const TriangleMeeting& m) {
     return std::tie(m.point_A.x, m.point_A.y, m.point_A.z);
   };
   std::sort(meetings.begin(), meetings.end(),
             [&](const auto& m, const auto& other) { return place(m) < place(other); });
-  for (size_t first = 0, end = 0; first < meetings.size(); first = end) {
-    while (end < meetings.size() && meetings[end].point_A == meetings[first].point_A) ++end;
-    const auto here = meetings.subspan(first, end - first);
-    for (TriangleMeeting& m : here) {
-      m.share = 1.0 / static_cast<double>(std::count_if(
-                          here.begin(), here.end(), [&](const TriangleMeeting& other) {
-                            return dot(m.normal_A, other.normal_A) > kOnePlane;
-                          }));
+  for (auto first = meetings.begin(); first != meetings.end();) {
+    const auto end = std::find_if(first + 1, meetings.end(), [&](const TriangleMeeting& m) {
+      return !(m.point_A == first->point_A);
+    });
+    while (first != end) {
+      const Vec3 normal = first->normal_A;
+      const auto others = std::partition(first + 1, end, [&](const TriangleMeeting& m) {
+        return dot(m.normal_A, normal) > kOnePlane;
+      });
+      const double share = 1 / static_cast<double>(others - first);
+      for (; first != others; ++first) first->share = share;
     }
   }
 }
 
-/// Where triangles of one object and of the tool meet; null: that takes more than `most_boxes`
-/// pairs of boxes, or than there is room for.
+/// Where triangles of one object and of the tool meet; null: to know that takes more pairs of boxes
+/// or of triangles than the budget allows, or than there is room for.
 std::optional<std::span<const TriangleMeeting>> meetings_with(const PieceModel& model,
                                                               const PieceMeshes& meshes,
                                                               uint32_t object, const Pose& X_OT,
-                                                              size_t most_boxes,
-                                                              PieceState& state) {
+                                                              uint32_t budget, PieceState& state) {
   const MeshShape& shape = meshes.objects[object];
   const std::optional<size_t> n_pairs =
-      triangle_pairs_within(shape, meshes.tool, X_OT, state.pairs, most_boxes);
-  if (!n_pairs || *n_pairs > state.pairs.size()) return {};
+      triangle_pairs_within(shape, meshes.tool, X_OT, state.pairs, kBoxesATest * budget);
+  if (!n_pairs || *n_pairs > std::min<size_t>(state.pairs.size(), budget)) return {};
   size_t n = 0;
   for (const TrianglePair& pair : std::span(state.pairs).first(*n_pairs)) {
     const PairPushes found = pushes_of_pair(shape.mesh, meshes.tool.mesh, X_OT, pair, 1);
@@ -86,7 +89,7 @@ std::span<PointPush> pushes_on(const PieceModel& model, const RefineOptions& ref
   state.tested += front.work();
   std::optional<std::span<const TriangleMeeting>> meetings{std::in_place};
   if (front.overlaps()) {
-    meetings = meetings_with(model, meshes, object, X_OT, kBoxesATest * refine.budget, state);
+    meetings = meetings_with(model, meshes, object, X_OT, options.budget, state);
     if (!meetings) set.flags |= kContactIterationLimit;
   }
   const std::span<const PieceContact> contacts = front.contacts(meetings);

@@ -58,8 +58,9 @@ struct PieceQuestion {
 /// with the depth that they will have, negative until then (Kim, Otaduy, Lin, Manocha 2003), and
 /// clusters of them are the contacts, the pushing ones of each object first. `refine` says at which
 /// level of detail (Otaduy & Lin 2003); which triangles meet is asked of all of them where hulls
-/// overlap, beside its budget. Sets kContactTruncated if there was no room, kContactIterationLimit
-/// if the budget or the memory ended.
+/// overlap, within twice its budget in pairs of boxes and once in pairs of triangles; where that,
+/// or the room for 16,384 pairs, does not suffice, hulls push by themselves. Sets kContactTruncated
+/// if there was no room, kContactIterationLimit if the budget or the memory ended.
 void detect_pieces(const PieceModel& model, const RefineOptions& refine, const PieceMeshes& meshes,
                    PieceState& state, const PieceQuestion& question, ContactSet& set);
 

@@ -12,6 +12,7 @@ namespace {
 
 constexpr uint32_t kFaceCorners = 32;              // of a face with more, every n-th counts
 constexpr size_t kMostCorners = 2 * kFaceCorners;  // each wall of one adds a corner to the other
+constexpr double kNoWay = 1e-6;      // |Σ δ n| / Σ δ below which the ways out cancel
 constexpr double kSamePlace = 1e-9;  // depth of the deepest corner below that of the pair [m]
 
 /// A convex polygon.
@@ -85,18 +86,29 @@ void limit(std::span<PieceContact> contacts, double most) {
   }
 }
 
-/// How deep a pair is, and along which normal it pushes or will, as piece_contacts() says; the
-/// normal zero: neither.
-PieceContact push_of(const PieceTouch& touch, double hulls, const LocalDepth* local) {
+/// How deep a pair is, where, and along which normal it pushes or will, as piece_contacts() says;
+/// the normal zero: neither.
+PieceContact push_of(const PieceTouch& touch, double hulls, const Vec3& point_b_A,
+                     const LocalDepth* local) {
   PieceContact push;
   push.depth = hulls;
-  if (local != nullptr && norm_squared(local->way_A) > 0) {
-    const bool is_out = touch.real && dot(touch.normal_A, local->way_A) >= 0;
-    push.normal_A = is_out ? touch.normal_A : normalized(local->way_A);
+  push.point_b_A = point_b_A;
+  if (local != nullptr && local->sum > 0) {
+    const double way = norm(local->way_A);
+    const bool has_way = way > kNoWay * local->sum;
     push.depth = std::min(std::max(hulls, local->deepest), local->sum);
+    // what hulls say that do not overlap is said of another place
+    const bool is_out = !has_way || dot(touch.normal_A, local->way_A) >= 0;
+    if (touch.real && hulls > 0 && is_out) {
+      push.normal_A = touch.normal_A;
+    } else if (has_way) {
+      push.normal_A = local->way_A / way;
+      push.point_b_A = local->places_A / local->sum;
+    }
   } else if (touch.real && (hulls <= 0 || local == nullptr)) {
     push.normal_A = touch.normal_A;
   }
+  push.point_a_A = push.point_b_A + push.depth * push.normal_A;
   return push;
 }
 
@@ -117,8 +129,10 @@ size_t corners_of_overlap(const PieceContact& contact, const Polygon& overlap,
     if (depth < -tolerance) continue;
     corners[n] = contact;
     corners[n].depth = depth;
-    corners[n].point_b_A = p;
-    corners[n++].point_a_A = p + depth * contact.normal_A;
+    // where the faces are farther through each other than the pair is deep: as deep as the pair
+    corners[n].point_a_A = p + std::max(height, depth) * contact.normal_A;
+    corners[n].point_b_A = corners[n].point_a_A - depth * contact.normal_A;
+    ++n;
   }
   return n;
 }
@@ -151,13 +165,12 @@ size_t piece_contacts(const PieceTree& tree_a, uint32_t a, const PieceTree& tree
                       std::span<PieceContact, kMostOfPair> contacts) {
   const Piece &piece_a = tree_a.pieces[a], &piece_b = tree_b.pieces[b];
   const double within = local == nullptr ? piece_a.overhang + piece_b.overhang : 0;
-  PieceContact contact = push_of(touch, depth_of(touch, X_AB) - within, local);
+  PieceContact contact =
+      push_of(touch, depth_of(touch, X_AB) - within, X_AB * touch.point_b_B, local);
   const Vec3& n_A = contact.normal_A;
   if (n_A == Vec3{} || contact.depth < -options.tolerance) return 0;
   contact.piece_a = a;
   contact.piece_b = b;
-  contact.point_b_A = X_AB * touch.point_b_B;
-  contact.point_a_A = contact.point_b_A + contact.depth * n_A;
   size_t n = 0;
   if (std::min(piece_a.radius, piece_b.radius) > options.spread) {
     const Hull hull_a = tree_a.hull(piece_a), hull_b = tree_b.hull(piece_b);

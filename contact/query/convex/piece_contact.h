@@ -30,7 +30,7 @@ double depth_of(const PieceTouch& touch, const Pose& X_AB);
 
 /// A place where two pieces touch, or nearly.
 struct PieceContact {
-  Vec3 point_a_A, point_b_A;  // on either surface
+  Vec3 point_a_A, point_b_A;  // on B, and depth · n from there: where they touch, on A
   Vec3 normal_A;              // unit, from A to B
   double depth = 0;           // n·(point_a − point_b); below 0: apart [m]
   uint32_t piece_a = 0, piece_b = 0;
@@ -48,6 +48,7 @@ struct PieceContactOptions {
 struct LocalDepth {
   double deepest = 0, sum = 0;  // of the depths δ there: the largest, and Σ δ [m]
   Vec3 way_A;                   // Σ δ n, n the way out there, unit, from A to B [m]
+  Vec3 places_A;                // Σ δ p, p on B [m²]
 };
 
 /// The contacts of a touch with B now at X_AB.
@@ -56,9 +57,9 @@ struct LocalDepth {
 /// hull fills what the surface leaves open. They push by the depth of the hulls, which is the least
 /// of all directions, but by no less than the deepest of these places and no more than all of them
 /// together; along the normal n of the hulls where that lies on both surfaces and n·way ≥ 0, else
-/// along way/|way|: the way out through a face that only closes a hull is no way out of the object,
-/// and a farther one is no deeper. Hulls that are apart approach where both nearest points lie on
-/// the surfaces.
+/// along way/|way| at the mean of these places, if they have a way: the way out through a face that
+/// only closes a hull is no way out of the object, and a farther one is no deeper. Hulls that are
+/// apart approach where both nearest points lie on the surfaces.
 ///
 /// Where nobody knows which triangles meet (`local` null), hulls push whose deepest points lie on
 /// both surfaces. The original surface lies within a hull by at most its overhang (0 of a leaf):

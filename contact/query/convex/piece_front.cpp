@@ -82,7 +82,8 @@ void PieceFront::update(const Pose& X_AB, const RefineOptions& options) {
   is_fresh_ = false;
   refine();
   close_some();
-  if (is_truncated_) {
+  // what the last contacts had no room for counts now
+  if (is_truncated_ || std::exchange(lacks_room_, false)) {
     threshold_ = std::max(kRise * threshold_, kLeast);
   } else if (threshold_ > options.threshold && work_ < kSpare * options.budget &&
              static_cast<double>(front_.size()) < kSpare * static_cast<double>(nodes_.size())) {
@@ -94,8 +95,10 @@ void PieceFront::update(const Pose& X_AB, const RefineOptions& options) {
 bool PieceFront::overlaps() const {
   return std::any_of(front_.begin(), front_.end(), [&](const Mark& mark) {
     const Node& node = nodes_[mark.node];
+    // of what was not tested nothing is known
+    if (node.state != State::kNear) return mark.gap <= 0;
     const double inside = piece_a(node).hull_distance + piece_b(node).hull_distance;
-    return node.state == State::kNear && depth_of(node.touch, X_AB_) > -inside;
+    return depth_of(node.touch, X_AB_) > -(inside + options_.carry);
   });
 }
 
@@ -188,16 +191,19 @@ std::span<const PieceContact> PieceFront::contacts(
   // pairs that were not tested are carried along
   for (const Mark& mark : front_) {
     const Node& node = nodes_[mark.node];
-    if (node.state != State::kNear) continue;
+    const bool is_near = node.state == State::kNear;
+    // triangles that meet push under a pair that was not tested as well
+    if (!is_near) continue;
     std::array<PieceContact, kMostOfPair> found;
-    const size_t n = piece_contacts(tree_a_, node.a, tree_b_, node.b, X_AB_, node.touch,
-                                    meetings ? &node.local : nullptr,
-                                    {options_.tolerance, options_.spread}, found);
+    const size_t n = piece_contacts(
+        tree_a_, node.a, tree_b_, node.b, X_AB_, is_near ? node.touch : PieceTouch{},
+        meetings ? &node.local : nullptr, {options_.tolerance, options_.spread}, found);
     const size_t room = contacts_.capacity() - contacts_.size();
     contacts_.insert(contacts_.end(), found.begin(),
                      found.begin() + static_cast<ptrdiff_t>(std::min(n, room)));
-    is_truncated_ |= n > room;
+    lacks_room_ |= n > room;
   }
+  is_truncated_ |= lacks_room_;
   return contacts_;
 }
 
@@ -207,7 +213,7 @@ void PieceFront::credit(std::span<const TriangleMeeting> meetings) {
   TriangleMeeting last{kNone, kNone, {}, {}};
   uint32_t node = kNone;
   for (const TriangleMeeting& meeting : meetings) {
-    // neighbours in the order of the trees lie under the same pieces
+    // places that are near often lie under the same pieces
     if (meeting.leaf_a != last.leaf_a || meeting.leaf_b != last.leaf_b) {
       node = over(meeting.leaf_a, meeting.leaf_b);
     }
@@ -217,6 +223,7 @@ void PieceFront::credit(std::span<const TriangleMeeting> meetings) {
     local.deepest = std::max(local.deepest, meeting.depth);
     local.sum += meeting.share * meeting.depth;
     local.way_A += meeting.share * meeting.depth * meeting.normal_A;
+    local.places_A += meeting.share * meeting.depth * meeting.point_A;
   }
 }
 

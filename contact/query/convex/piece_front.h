@@ -155,7 +155,7 @@ class PieceFront {
   RefineOptions options_;
   Pose X_AB_;
   double reach_ = 0;  // δ of the previous update [m]
-  bool is_fresh_ = true, is_truncated_ = false;
+  bool is_fresh_ = true, is_truncated_ = false, lacks_room_ = false;
 };
 
 }  // namespace haptic

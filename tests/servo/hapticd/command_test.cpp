@@ -74,6 +74,20 @@ TEST_CASE("command: what the device cannot hold is warned of, and far more only 
   CHECK(apply_command("pause", config, wanted).kind == CommandKind::kChange);
   CHECK(apply_command("set time-scale 1", config, wanted).kind == CommandKind::kChange);
   CHECK(apply_command("set stiffness 2002 N/m", config, wanted).kind == CommandKind::kRefused);
+  // less of it is taken, and another axis is judged by itself
+  CHECK(apply_command("set stiffness 3000 N/m --force", config, wanted).kind ==
+        CommandKind::kChange);
+  CHECK(apply_command("set stiffness 2500 N/m", config, wanted).kind == CommandKind::kChange);
+  haptic::SessionConfig turning = config;
+  turning.device.max_torque = 1;
+  turning.device.hand.inertia = 1e-4;
+  turning.device.hand.rotational_damping = 1e-3;
+  CHECK(apply_command("set rotational-stiffness 9 N·m/rad", turning, wanted).kind ==
+        CommandKind::kRefused);
+  // a handle that cannot turn feels none of it
+  turning.device.hand.inertia = 0;
+  CHECK(apply_command("set rotational-stiffness 9 N·m/rad", turning, wanted).kind ==
+        CommandKind::kChange);
   // its damping is taken from what the device has: 2 · 0.1 · 1000 / s = 200 N/m
   apply_command("set stiffness 450 N/m", config, wanted);
   CHECK(apply_command("set damping 0.4 N·s/m", config, wanted).kind == CommandKind::kRefused);

@@ -26,7 +26,7 @@ export const kServoFlags = [
   [20, "device lost or not homed", "bad", "Plug the device in and calibrate it."],
   [21, "softened towards a light body", "note", "The body is too light for this stiffness. Lower it, or give the body more mass."],
   [22, "stiffer than the device holds", "warn", "It was forced, and may sing in a light hand. Lower the stiffness."],
-  [23, "servo falls behind", "warn", "It skips ticks. Give it the machine, or lower rate in [servo]."],
+  [23, "servo falls behind", "warn", "It skips ticks. Close other programs, or lower rate in [servo]."],
   [24, "contact falls behind", "warn", "Its contacts come late. Use smaller meshes, or a renderer that asks less."],
   [25, "sim falls behind", "warn", "It skips frames. Use fewer bodies, or lower rate in [sim]."],
 ];
