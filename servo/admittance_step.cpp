@@ -241,6 +241,19 @@ Wrench scene_push(const ServoModel& model, const ServoState& state, const Render
   return F_B;
 }
 
+/// What the hand pushes with, as far as it may move anything.
+SafetyInput hand_push(const ServoModel& model, ServoState& state, const ServoInput& input,
+                      bool usable, ServoFrame& frame) {
+  SafetyInput safety = note_inputs(model, state, input, frame);
+  safety.F_B = input.device.F_hand_B;
+  safety.stiffness = handle_stiffness(model.map, state.coupling);
+  safety.device_finite = usable;
+  safety.device_follows = !usable || follows(model, state.admittance, frame);
+  safety.contacts_finite = state.admittance.contacts_finite;
+  safety.letting_go = state.letting_go;
+  return safety;
+}
+
 }  // namespace
 
 ServoFrame admittance_step(const ServoModel& model, ServoState& state, const ServoInput& input) {
@@ -253,14 +266,7 @@ ServoFrame admittance_step(const ServoModel& model, ServoState& state, const Ser
   const ContactWeight age = weigh(state, input, model.dt, frame);
   frame.X_WT = tool_pose(model.map, state.clutch, own.body.X_BH);
 
-  // what the hand pushes with, as far as it may move anything
-  SafetyInput safety = note_inputs(model, state, input, frame);
-  safety.F_B = input.device.F_hand_B;
-  safety.stiffness = handle_stiffness(model.map, state.coupling);
-  safety.device_finite = usable;
-  safety.device_follows = !usable || follows(model, own, frame);
-  safety.contacts_finite = own.contacts_finite;
-  safety.letting_go = state.letting_go;
+  const SafetyInput safety = hand_push(model, state, input, usable, frame);
   const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
   // the body begins anew where an arm is held: nothing pulls at it, nor throws it when it comes
   // free

@@ -46,9 +46,8 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
   // a recorded hand is not in the loop
   if (!row_of(config.device.kind).is_recorded) {
     model.moving = moving_axis(config);
-    const bool turns =
-        config.device.kind != DeviceKind::kSimulatedHand || config.device.hand.inertia > 0;
-    if (config.device.max_torque > 0 && turns) model.turning = turning_axis(config);
+    if (config.device.max_torque > 0 && can_turn(config.device))
+      model.turning = turning_axis(config);
   }
   model.dead_man_button = config.safety.dead_man_button;
   model.renderer = config.renderer;

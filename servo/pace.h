@@ -5,7 +5,8 @@
 
 namespace haptic {
 
-/// Whether servo, contact and sim keep up, as ServoFlag: judged each second, said for the next one.
+/// Returns ServoFlag bits of the processes that do not keep up. They are judged once a second and
+/// reported for the next second.
 ///   servo:    more than 1 % of its ticks were skipped
 ///   contact:  in more than 1 % of its ticks contacts were so old that they held or faded
 ///   sim:      it published less than 90 % of the frames of its rate, but some

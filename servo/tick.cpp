@@ -180,7 +180,7 @@ bool is_soft_body(const ContactSet* contacts) {
          row_of(static_cast<Renderer>(contacts->renderer)).moves == Moves::kSoftBody;
 }
 
-/// Whether the coupling, as it is felt at the handle, is far beyond what the device holds.
+/// True if the coupling, as it is felt at the handle, is far stiffer than the device holds.
 bool is_forced(const ServoModel& model, const ServoState& state) {
   // a hand that feels contacts directly feels none
   const SoftSolver solver = state.soft_solver.value_or(solver_of(model.proxy, state.renderer));

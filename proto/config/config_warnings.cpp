@@ -32,11 +32,6 @@ struct FeltAxis {
   bool is_coupling = true;
 };
 
-/// A simulated handle that cannot turn.
-bool is_held_still(const DeviceConfig& device) {
-  return device.kind == DeviceKind::kSimulatedHand && !(device.hand.inertia > 0);
-}
-
 /// How far a stiffness is above the most that may be asked for.
 double excess(const CoupledAxis& axis) {
   return axis.stiffness - kMostBeyond * passive_stiffness(axis);
@@ -59,7 +54,7 @@ std::vector<FeltAxis> felt_axes(const SessionConfig& config) {
     linear.coupling_damping = 0;
     axes.push_back({linear, by_points ? kPoints : kContact, false});
   }
-  if (config.device.max_torque > 0 && !is_direct && !is_held_still(config.device)) {
+  if (config.device.max_torque > 0 && !is_direct && can_turn(config.device)) {
     axes.push_back({turning_axis(config), kAngular});
   }
   std::erase_if(axes, [](const FeltAxis& felt) {
@@ -101,7 +96,7 @@ void check_axis(const FeltAxis& felt, std::vector<std::string>& lines) {
 std::vector<std::string> config_warnings(const SessionConfig& config) {
   std::vector<std::string> lines;
   for (const FeltAxis& felt : felt_axes(config)) check_axis(felt, lines);
-  if (config.device.max_torque > 0 && is_held_still(config.device)) {
+  if (config.device.max_torque > 0 && !can_turn(config.device)) {
     lines.push_back(
         "max_torque in [device] has no effect: the simulated hand's handle cannot turn; give "
         "inertia in [device.hand], as \"1e-4 kg·m²\"");

@@ -27,8 +27,8 @@ inline double passive_stiffness(const CoupledAxis& axis) {
 /// hand damps, which is about as much as a device does (Adams & Hannaford 1999).
 inline constexpr double kMostBeyond = 2;
 
-/// Whether a stiffness is above kMostBeyond times the passive one; false where the device's damping
-/// is not known (0).
+/// True if a stiffness exceeds kMostBeyond times the passive one; false if the device's damping is
+/// unknown (0).
 inline bool is_far_beyond(const CoupledAxis& axis) {
   return axis.damping > 0 && axis.stiffness > kMostBeyond * passive_stiffness(axis);
 }
@@ -61,6 +61,11 @@ inline CoupledAxis moving_axis(const SessionConfig& config) {
           is_simulated ? device.hand.damping : device.damping,
           gain * config.coupling.translational_stiffness,
           gain * config.coupling.translational_damping, 1 / config.servo_rate};
+}
+
+/// True if the handle can turn; a simulated one without inertia cannot.
+inline bool can_turn(const DeviceConfig& device) {
+  return device.kind != DeviceKind::kSimulatedHand || device.hand.inertia > 0;
 }
 
 inline CoupledAxis turning_axis(const SessionConfig& config) {

@@ -27,7 +27,7 @@ struct ControlCommand {
 ///   set renderer NAME, if the session has the tool and the maps it needs
 ///   set solver NAME, of a renderer of a soft body
 ///   lead X Y Z [QW QX QY QZ], where a simulated hand is led to: the tool's pose in W [m] | release
-/// What is set is refused where the hand would feel far more than the device holds (too_stiff),
+/// A `set` with which the hand would feel far more than the device holds (too_stiff) is refused,
 /// unless the line ends in --force.
 /// A change gives `wanted` a new revision. To lead (kLead) is one that is answered at once; its
 /// instant, intent_t_ns, is the caller's to set.

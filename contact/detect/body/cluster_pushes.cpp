@@ -193,7 +193,7 @@ struct Kind {
   double tolerance = 0;
 };
 
-/// What is clustered: the points of one kind, gathered where they are close and look alike.
+/// The points of one kind, merged where they are close and their normals alike; K-means sees these.
 class Cells {
  public:
   /// Cells of a quarter of the radius in space, and 26 of the normals; each time that they are too

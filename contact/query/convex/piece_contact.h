@@ -66,9 +66,10 @@ struct LocalDepth {
 /// their depth is that of the hulls less both overhangs, so that no level of detail pushes more
 /// than the original surfaces do.
 ///
-/// Of two pieces of which one is no larger than `spread`: the nearest or deepest place. Of others
-/// the corners of the overlap of the two faces that lie best along the normal, seen along it, with
-/// the depth of each, so that a body rests on a plane without tilting. Returns their number.
+/// Two pieces of which one is no larger than `spread` touch at one place, the nearest or deepest.
+/// Others touch at the corners of the overlap of the two faces that lie best along the normal, seen
+/// along it, each with its own depth, so that a body rests on a plane without tilting. Returns the
+/// number of contacts.
 size_t piece_contacts(const PieceTree& tree_a, uint32_t a, const PieceTree& tree_b, uint32_t b,
                       const Pose& X_AB, const PieceTouch& touch, const LocalDepth* local,
                       const PieceContactOptions& options,

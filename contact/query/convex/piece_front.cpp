@@ -192,8 +192,8 @@ std::span<const PieceContact> PieceFront::contacts(
   for (const Mark& mark : front_) {
     const Node& node = nodes_[mark.node];
     const bool is_near = node.state == State::kNear;
-    // triangles that meet push under a pair that was not tested as well
-    if (!is_near) continue;
+    // triangles that meet push under a pair that the budget left untested as well
+    if (!is_near && !(meetings && node.local.sum > 0)) continue;
     std::array<PieceContact, kMostOfPair> found;
     const size_t n = piece_contacts(
         tree_a_, node.a, tree_b_, node.b, X_AB_, is_near ? node.touch : PieceTouch{},

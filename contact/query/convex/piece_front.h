@@ -65,7 +65,7 @@ class PieceFront {
   /// Moves B to X_AB in A and refines the front. Forgets all pairs for a pose that is not finite.
   void update(const Pose& X_AB, const RefineOptions& options);
 
-  /// Whether leaves under any pair of the front may overlap: only then may triangles meet.
+  /// Returns whether leaves under any pair of the front may overlap; triangles meet only then.
   bool overlaps() const;
 
   /// The contacts after an update (piece_contacts), in A, in unspecified order, valid until the

@@ -31,7 +31,7 @@ Corners corners_of(const TriangleMesh& mesh, uint32_t triangle, const Pose& X_AB
 size_t triangle_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                       std::span<TrianglePair> out);
 
-/// The same in bounded time: null after `most_boxes` pairs of boxes.
+/// Does the same in bounded time: returns null after `most_boxes` pairs of boxes.
 std::optional<size_t> triangle_pairs_within(const MeshShape& shape_A, const MeshShape& shape_B,
                                             const Pose& X_AB, std::span<TrianglePair> out,
                                             size_t most_boxes);
