@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
 #include <utility>
 
-#include "contact/detect/point/sphere_rest.h"
+#include "contact/detect/point/sphere_goals.h"
+#include "contact/query/point/triangles_within.h"
 #include "contact/query/sweep/swept_sphere.h"
-#include "contact/query/triangle/vertex_fan.h"
 #include "proto/math/assert.h"
 #include "proto/math/project_point.h"
 
@@ -17,22 +16,21 @@ namespace {
 
 constexpr int kMaxSweeps = 48;  // sweeps per step; a corner of three facets needs about seven
 constexpr int kMaxSphereSweeps = 192;  // a sphere's edges and vertices are round: it needs more
-constexpr size_t kMaxPlanes = 12;      // per leg; beyond, those that do not push are dropped
 constexpr int kMaxSeedAttempts = 8;    // objects that may overlap at the start
-constexpr double kNoProgress = 1e-3;   // of epsilon: shorter moves are no progress
+constexpr double kSameNormal = 1e-9;   // difference of unit normals: coplanar, to rounding
 constexpr int kMaxStalls = 3;          // legs without progress before the proxy rests
-constexpr double kLargestBend = 0.5;   // least cosine of the bend around an edge taken in one leg
-constexpr double kLeastRoll = 0.02;    // of the radius: least length of a leg around an edge
-constexpr double kFarRest = 0.01;   // of the radius: farther places of rest may lie behind another
-constexpr double kLongestLeap = 2;  // most that a subgoal is extended for a crease, as a ratio
-constexpr int kSettlingRounds = 3;  // iterations of tangent planes in settle()
-constexpr double kClearance = 0.5;  // of epsilon: nearer to a facet counts as blocked
-constexpr double kAroundVertex = 1e3;  // of epsilon: distance at which it goes around a vertex, ten
-                                       // times that at which two walls at half a degree hold it off
-constexpr double kLeastProgress = 4;   // least progress beyond a vertex, in distances kAroundVertex
-constexpr int kMaxLeaves = 8;          // vertices left per step; rarely more than one
+constexpr int kSettlingRounds = 3;     // iterations of tangent planes in settle()
+constexpr double kClearance = 0.5;     // of epsilon: nearer to a facet counts as blocked
 constexpr double kBeside = 4;          // of epsilon: search radius; the proxy stands off by one
+constexpr double kAround = 32;       // of epsilon: facets this near may bound a way on; between two
+                                     // walls at four degrees it stands off by as much
+constexpr double kWayOn = 256;       // of epsilon: length of a way on that is tried
+constexpr double kLeastWayOn = 16;   // of epsilon: shorter ways are not worth a leg
+constexpr double kLeastGain = 0.05;  // of epsilon: along a way on; rounding is a thousandth of it
+constexpr size_t kMaxAround = 64;    // triangles around a rest; ten times those of a vertex
+constexpr size_t kMaxFacets = 16;    // planes of them, three times those of a vertex
 
+using Leg = ProxyLeg;
 using Witnesses = std::array<ProxyWitness, kMaxObjects>;
 
 struct SceneHit {
@@ -81,34 +79,86 @@ HalfSpace tangent_plane(const PointScene& scene, const ProxyPlane& plane, const 
   return {normal_W, dot(normal_W, X_WO * support.point_O) + scene.radius};
 }
 
-/// A facet that a point at p_W nearly touches, if any. A swept point may graze an edge and end
-/// exactly on the surface: such a place may not be free, and the next sweep might start inside. Not
-/// needed for a sphere: what overlaps it is hit at once.
-SceneHit touched_facet(const PointScene& scene, const Vec3& p_W, Witnesses& witnesses) {
+/// The triangles of an object within `radius` of p_W.
+class TrianglesAround {
+ public:
+  TrianglesAround(const PointScene& scene, uint32_t object, const Vec3& p_W, double radius) {
+    const Vec3 p_O = inverse(scene.X_WO[object]) * p_W;
+    const size_t seen = triangles_within(scene.shapes[object], p_O, radius, found_);
+    size_ = std::min(seen, found_.size());
+  }
+  std::span<const ClosestPoint> view() const { return std::span(found_).first(size_); }
+
+ private:
+  std::array<ClosestPoint, kMaxAround> found_;
+  size_t size_ = 0;
+};
+
+double height_over(const HalfSpace& plane, const Vec3& p_W) {
+  return dot(plane.normal, p_W) - plane.offset;
+}
+
+/// Whether a disc around the foot of p_W on a facet lies on it, but for what is across `open_edge`.
+bool covers(const PointScene& scene, const ProxyPlane& facet, const Vec3& p_W, double radius,
+            uint32_t open_edge = kNoFace) {
+  const TriangleMesh& mesh = scene.shapes[facet.object].mesh;
+  const Triangle& corners = mesh.triangles[facet.triangle];
+  const Vec3 p_O = inverse(scene.X_WO[facet.object]) * p_W;
+  for (size_t i = 0; i < 3; ++i) {
+    if (mesh.triangle_edges[facet.triangle][i] == open_edge) continue;
+    const Vec3 &a = mesh.vertices[corners[i]], &b = mesh.vertices[corners[(i + 1) % 3]];
+    const Vec3 inward = cross(mesh.face_normals[facet.triangle], b - a);
+    if (dot(p_O - a, inward) < radius * norm(inward)) return false;
+  }
+  return true;
+}
+
+/// Whether the free space around g_W lies within the half-spaces of the facets that push there: it
+/// is in the middle of one, or of a concave edge between two. Then it is where they say.
+bool is_enclosed(const PointScene& scene, std::span<const ProxyPlane> facets, const Vec3& g_W,
+                 double radius) {
+  if (facets.size() == 1) return covers(scene, facets[0], g_W, radius);
+  if (facets.size() != 2 || facets[0].object != facets[1].object) return false;
+  const TriangleMesh& mesh = scene.shapes[facets[0].object].mesh;
+  const uint32_t one = facets[0].triangle, other = facets[1].triangle;
+  const Triangle &edges = mesh.triangle_edges[one], &others = mesh.triangle_edges[other];
+  const auto shared = std::find_first_of(edges.begin(), edges.end(), others.begin(), others.end());
+  if (shared == edges.end()) return false;
+  const Vec3& on_edge_O =
+      mesh.vertices[mesh.triangles[one][static_cast<size_t>(shared - edges.begin())]];
+  double rise = 0;
+  for (const uint32_t v : mesh.triangles[other]) {
+    rise += dot(mesh.face_normals[one], mesh.vertices[v] - on_edge_O);
+  }
+  return rise > 0 && covers(scene, facets[0], g_W, radius, *shared) &&
+         covers(scene, facets[1], g_W, radius, *shared);
+}
+
+/// A facet that a point which comes from from_W nearly touches at p_W, if any; of several, that
+/// over which it stood highest: on an edge or vertex the plane of another may not hold it off. A
+/// swept point may graze an edge and end exactly on the surface: such a place may not be free, and
+/// the next sweep might start inside. Not needed for a sphere: what overlaps it is hit at once.
+SceneHit touched_facet(const PointScene& scene, const Vec3& from_W, const Vec3& p_W,
+                       Witnesses& witnesses) {
   if (scene.radius > 0) return {};
+  const double near = kClearance * scene.epsilon;
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 p_O = inverse(scene.X_WO[i]) * p_W;
     // the result is also the warm start of the next search
     const ClosestPoint c =
         closest_point(scene.shapes[i], p_O, kBeside * scene.epsilon, witnesses[i].beside);
-    const bool touches = c.found && c.distance <= kClearance * scene.epsilon;
-    if (touches) return {true, 0, {i, c.triangle}};
+    if (!c.found || c.distance > near) continue;
+    const auto height = [&](uint32_t triangle) {
+      return height_over(tangent_plane(scene, {i, triangle}, p_W), from_W);
+    };
+    uint32_t highest = c.triangle;
+    for (const ClosestPoint& other : TrianglesAround(scene, i, p_W, near).view()) {
+      if (height(other.triangle) > height(highest)) highest = other.triangle;
+    }
+    return {true, 0, {i, highest}};
   }
   return {};
 }
-
-/// The planes met in one leg, offset by epsilon.
-struct Leg {
-  std::array<HalfSpace, kMaxPlanes> half_spaces;
-  std::array<ProxyPlane, kMaxPlanes> planes;
-  size_t size = 0;
-
-  std::span<const HalfSpace> view() const { return {half_spaces.data(), size}; }
-  bool holds(const ProxyPlane& plane) const {
-    const auto known = std::span(planes).first(size);
-    return std::find(known.begin(), known.end(), plane) != known.end();
-  }
-};
 
 /// End of the motion from → to: epsilon in front of the obstacle that was hit, never moving back.
 Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W,
@@ -122,122 +172,19 @@ Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W
     if (!sphere_enters_triangle(mesh, hit.plane.triangle, grown, t)) t = 0;
   } else {
     const HalfSpace plane = tangent_plane(scene, hit.plane, from_W);
-    const double height = dot(plane.normal, from_W) - plane.offset;
+    const double height = height_over(plane, from_W);
     const double drop = dot(plane.normal, from_W - to_W);
     if (drop > 0) t = std::max((height - scene.epsilon) / drop, 0.0);
   }
   return from_W + std::min(t, hit.t) * (to_W - from_W);
 }
 
-/// The subgoal, at least `roll` away: where the tool is beside or behind an edge the subgoal is
-/// only as far as the tool is from the edge, and rolling around it would take endless legs.
-Vec3 rolled_on(const PointScene& scene, const Vec3& g_W, const Vec3& subgoal_W, double roll) {
-  const Vec3 way_W = subgoal_W - g_W;
-  const double way = norm(way_W);
-  return way > kNoProgress * scene.epsilon && way < roll ? g_W + (roll / way) * way_W : subgoal_W;
-}
-
-/// Subgoal at an edge or vertex: its tangent plane turns while a sphere rolls around it, so the
-/// nearest point on the plane is only a small part of the way. The line from the feature through
-/// the tool meets the plane where the motion towards the tool ends at the place of rest. Where the
-/// tool is beside or behind the feature the sphere rolls on by a least step. The given subgoal if
-/// there is no such bend.
-Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpace& tangent,
-                 const Vec3& g_W, const Vec3& p_W, const Vec3& subgoal_W) {
-  if (scene.radius == 0) return subgoal_W;
-  const Pose& X_WO = scene.X_WO[plane.object];
-  const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
-  const ClosestPoint c = closest_point_on_triangle(mesh, plane.triangle, inverse(X_WO) * p_W);
-  if (c.feature.kind == FeatureKind::kFace || c.distance == 0) return subgoal_W;
-  const Vec3 foot_W = X_WO * c.point_O;
-  const Vec3 outward_W = (p_W - foot_W) / c.distance;
-  const double bend = dot(tangent.normal, outward_W);
-  if (bend < kLargestBend) return rolled_on(scene, g_W, subgoal_W, kLeastRoll * scene.radius);
-  return foot_W + ((tangent.offset - dot(tangent.normal, foot_W)) / bend) * outward_W;
-}
-
-RoundObstacle obstacle_of(const PointScene& scene, const ProxyPlane& plane, const Vec3& g_W) {
-  const ProxySupport support = support_of(scene, plane, g_W);
-  const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
-  const Pose& X_WO = scene.X_WO[plane.object];
-  Vec3 direction_O = support.normal_O;
-  for (size_t i = 0; support.feature.kind == FeatureKind::kEdge && i < 3; ++i) {
-    if (mesh.triangle_edges[plane.triangle][i] != support.feature.index) continue;
-    const Triangle& corners = mesh.triangles[plane.triangle];
-    direction_O = normalized(mesh.vertices[corners[(i + 1) % 3]] - mesh.vertices[corners[i]]);
-  }
-  return {support.feature.kind, X_WO * support.point_O, rotate(X_WO.q, direction_O)};
-}
-
-/// Where a sphere comes to rest between the obstacles of some facets.
-SphereRest rest_between(const PointScene& scene, std::span<const ProxyPlane> planes,
-                        const Vec3& g_W, const Vec3& tool_W) {
-  std::array<RoundObstacle, 3> obstacles;
-  HAPTIC_ASSERT(planes.size() <= obstacles.size());
-  for (size_t i = 0; i < planes.size(); ++i) obstacles[i] = obstacle_of(scene, planes[i], g_W);
-  return rest_in_crease({obstacles.data(), planes.size()}, scene.radius + scene.epsilon, g_W,
-                        tool_W);
-}
-
-/// A goal beyond the place of rest in a crease of two obstacles or a corner of three, at least one
-/// of them round: on the line from the tool through that place, as far out as the tangent planes
-/// require. In a corner the sphere touches only two at a time: the third may be one of the previous
-/// leg.
-Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& before, const Vec3& g_W,
-                   const Vec3& tool_W, const Vec3& subgoal_W) {
-  const auto is_round = [&](const ProxyPlane& plane) {
-    return support_of(scene, plane, g_W).feature.kind != FeatureKind::kFace;
-  };
-  const auto end = pushing.planes.begin() + static_cast<std::ptrdiff_t>(pushing.size);
-  // between faces the subgoals are exact
-  if (scene.radius == 0 || pushing.size < 2 ||
-      std::none_of(pushing.planes.begin(), end, is_round)) {
-    return subgoal_W;
-  }
-  std::array<ProxyPlane, 3> corner = {pushing.planes[0], pushing.planes[1], pushing.planes[2]};
-  size_t size = pushing.size;
-  for (size_t i = 0; i < before.size && size < corner.size(); ++i) {
-    const auto known = std::span(corner).first(size);
-    if (std::find(known.begin(), known.end(), before.planes[i]) == known.end()) {
-      corner[size++] = before.planes[i];
-    }
-  }
-  SphereRest rest;
-  for (; size >= pushing.size && !rest.found; --size) {
-    rest = rest_between(scene, std::span(corner).first(size), g_W, tool_W);
-  }
-  if (!rest.found) return rolled_on(scene, g_W, subgoal_W, kLeastRoll * scene.radius);
-  // the sphere may be nearer to one of them than where it will rest
-  const Vec3 out_W = rest.centre_W - tool_W;
-  if (norm(out_W) > norm(g_W - tool_W) + scene.epsilon) return subgoal_W;
-  // already there: the subgoal decides whether it rests, or is at the seam of two flat facets
-  const double way = norm(rest.centre_W - g_W);
-  if (way <= kNoProgress * scene.epsilon) return subgoal_W;
-  if (way > kFarRest * scene.radius) {
-    return rolled_on(scene, g_W, subgoal_W, std::min(kLeastRoll * scene.radius, way / 2));
-  }
-  double leap = 1;
-  for (const HalfSpace& plane : pushing.view()) {
-    const double rise = dot(plane.normal, out_W);
-    if (!(rise > 0)) return subgoal_W;
-    leap = std::max(leap, (plane.offset - dot(plane.normal, tool_W)) / rise);
-  }
-  return leap <= kLongestLeap ? tool_W + leap * out_W : subgoal_W;
-}
-
 /// Offset of a facet's plane, given the proxy's height over it: the proxy is lifted off the surface
-/// itself only, or two facets would pass it back and forth.
+/// itself only (to rounding), or two facets would pass it back and forth.
 double stand_off(const PointScene& scene, double height) {
-  if (height >= 0 && height < kClearance * scene.epsilon) return scene.epsilon;
-  return std::min(height, scene.epsilon);
-}
-
-size_t nearest_corner(const TriangleMesh& mesh, uint32_t triangle, const Vec3& p_O) {
-  const auto away = [&](size_t i) {
-    return norm(mesh.vertices[mesh.triangles[triangle][i]] - p_O);
-  };
-  size_t nearest = away(1) < away(0) ? 1 : 0;
-  return away(2) < away(nearest) ? 2 : nearest;
+  const bool on_surface =
+      height > -Leg::kNoProgress * scene.epsilon && height < kClearance * scene.epsilon;
+  return on_surface ? scene.epsilon : std::min(height, scene.epsilon);
 }
 
 /// The planes of a leg that push.
@@ -306,7 +253,8 @@ class Slide {
     const Vec3 reached_W = blocked.hit ? stop_short(scene_, blocked, g_W_, goal_.x) : goal_.x;
     const bool gains = !is_nothing(norm(reached_W - g_W_));
     // its present place is known to be clear
-    const SceneHit touched = gains ? touched_facet(scene_, reached_W, witnesses_) : SceneHit{};
+    const SceneHit touched =
+        gains ? touched_facet(scene_, g_W_, reached_W, witnesses_) : SceneHit{};
     const bool moved = gains && !touched.hit;
     // a plane that the leg already has changes nothing: then the plane hit counts
     if (touched.hit && !(blocked.hit && leg_.holds(touched.plane))) blocked = touched;
@@ -323,6 +271,8 @@ class Slide {
       // the same facet would be hit on the rest of the way
       if (!towards_tool || !blocked.hit) return true;
     }
+    // the same plane from the same place changes nothing
+    if (!moved && leg_.holds(blocked.plane)) return goes_on_otherwise();
     add_plane(blocked.plane);
     return (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) || goes_on_otherwise();
   }
@@ -339,16 +289,6 @@ class Slide {
     return true;
   }
 
-  /// Undoes a detour around a vertex that led no nearer.
-  void take_leave_back() {
-    if (!left_ || is_much_nearer(g_W_, left_->g_W)) return;
-    g_W_ = left_->g_W;
-    leg_ = left_->leg;
-    goal_ = left_->goal;
-    left_.reset();
-    leaves_ = kMaxLeaves;
-  }
-
   Leg carrying() const { return pushing_planes(leg_, goal_); }
   bool has_no_plane() const { return leg_.size == 0; }
   bool truncated() const { return truncated_; }
@@ -359,83 +299,80 @@ class Slide {
   bool is_nearer(const Vec3& a_W, const Vec3& b_W) const {
     return dot(a_W - b_W, (a_W - tool_W_) + (b_W - tool_W_)) < 0;
   }
-  bool is_nothing(double way) const { return way <= kNoProgress * scene_.epsilon; }
-
-  /// Nearer by more than the detour around a vertex.
-  bool is_much_nearer(const Vec3& a_W, const Vec3& b_W) const {
-    return norm(b_W - tool_W_) - norm(a_W - tool_W_) > kAroundVertex * scene_.epsilon;
-  }
+  bool is_nothing(double way) const { return way <= Leg::kNoProgress * scene_.epsilon; }
 
   /// Last resorts when the planes say that it rests.
-  bool goes_on_otherwise() { return take_leap_back() || leaves_vertex(); }
+  bool goes_on_otherwise() { return take_leap_back() || leaves_planes(); }
 
   /// Whether a motion of a few epsilon meets nothing, and touches nothing at its end.
   bool is_clear(const Vec3& from_W, const Vec3& to_W) {
     return !first_hit_in_scene(scene_, from_W, to_W, leg_.size, witnesses_).hit &&
-           !touched_facet(scene_, to_W, witnesses_).hit;
+           !touched_facet(scene_, from_W, to_W, witnesses_).hit;
   }
 
-  /// At a vertex that is neither convex nor concave the free space is no intersection of
-  /// half-spaces: facets that do not touch may hold the proxy although there is a way between them.
-  /// Takes it around the vertex to where the steepest direction begins.
-  bool leaves_vertex() {
-    if (scene_.radius > 0) return false;
-    take_leave_back();
-    if (leaves_ >= kMaxLeaves) return false;
+  /// Where the free space is more than the intersection of its planes: goes on along a facet that
+  /// is near, or along the line of two, if that leads nearer.
+  bool leaves_planes() {
+    if (scene_.radius > 0 || leg_.size == 0) return false;
     const Leg pushing = pushing_planes(leg_, goal_);
-    for (size_t i = 0; pushing.size > 1 && i < pushing.size; ++i) {
-      if (leaves_vertex_of(pushing.planes[i])) return true;
-    }
-    return false;
-  }
-
-  bool leaves_vertex_of(const ProxyPlane& plane) {
-    const Pose& X_WO = scene_.X_WO[plane.object];
-    const TriangleMesh& mesh = scene_.shapes[plane.object].mesh;
-    const double around = kAroundVertex * scene_.epsilon;
-    const size_t corner = nearest_corner(mesh, plane.triangle, inverse(X_WO) * g_W_);
-    const Vec3& vertex_O = mesh.vertices[mesh.triangles[plane.triangle][corner]];
-    if (norm(X_WO * vertex_O - g_W_) > around) return false;
-    const VertexFan fan(mesh, plane.triangle, corner);
-    const Vec3 goal_O = inverse(X_WO) * tool_W_ - vertex_O;
-    WayFromVertex way = fan.steepest(goal_O);
-    for (; way.found && way.reach > kLeastProgress * around;
-         way = fan.steepest(goal_O, way.reach)) {
-      if (!goes_around(fan, way, X_WO)) continue;
-      left_ = Left{g_W_, leg_, goal_};
-      ++leaves_;
-      g_W_ = nearest_W_ = X_WO * fan.at(way, around);
-      stalls_ = 0;
-      begin_leg();
-      return true;
-    }
-    return false;
-  }
-
-  /// Whether it can reach the start of a direction: from the nearest visible place around the
-  /// vertex, and from place to place.
-  bool goes_around(const VertexFan& fan, const WayFromVertex& way, const Pose& X_WO) {
-    const double around = kAroundVertex * scene_.epsilon;
-    const size_t n = fan.places();
-    const Vec3 start_W = X_WO * fan.at(way, around);
-    if (is_clear(g_W_, start_W)) return true;
-    for (size_t away = 0; away <= n; ++away) {
-      // n − 1 places on is one back
-      const bool back = away % 2 != 0;
-      const size_t steps = away / 2;
-      size_t place = (way.place + (back ? n - steps : steps)) % n;
-      Vec3 at_W = X_WO * fan.at(place, around);
-      if (!is_clear(g_W_, at_W)) continue;
-      bool goes = true;
-      for (size_t i = 0; goes && i < steps; ++i) {
-        place = (place + (back ? 1 : n - 1)) % n;
-        const Vec3 next_W = X_WO * fan.at(place, around);
-        goes = is_clear(at_W, next_W);
-        at_W = next_W;
+    const auto facets = std::span(pushing.planes).first(pushing.size);
+    if (is_enclosed(scene_, facets, g_W_, kAround * scene_.epsilon)) return false;
+    const Facets near = facets_around(facets);
+    for (size_t i = 0; i < near.size; ++i) {
+      for (size_t k = 0; k <= i; ++k) {
+        const std::array<HalfSpace, 2> bounds = {near.planes[i], near.planes[k]};
+        if (goes_along({bounds.data(), i == k ? 1u : 2u})) return true;
       }
-      if (goes && is_clear(at_W, start_W)) return true;
     }
     return false;
+  }
+
+  /// The facets around the proxy, of the objects that push, each plane once, offset by epsilon.
+  struct Facets {
+    std::array<HalfSpace, kMaxFacets> planes;
+    size_t size = 0;
+  };
+  Facets facets_around(std::span<const ProxyPlane> pushing) const {
+    Facets near;
+    for (size_t i = 0; i < pushing.size(); ++i) {
+      const uint32_t object = pushing[i].object;
+      const auto same_object = [&](const ProxyPlane& plane) { return plane.object == object; };
+      const auto before = pushing.first(i);
+      if (std::any_of(before.begin(), before.end(), same_object)) continue;
+      const TrianglesAround around(scene_, object, g_W_, kAround * scene_.epsilon);
+      for (const ClosestPoint& c : around.view()) {
+        HalfSpace plane = tangent_plane(scene_, {object, c.triangle}, g_W_);
+        plane.offset += scene_.epsilon;
+        const auto is_same = [&](const HalfSpace& known) {
+          return norm(known.normal - plane.normal) < kSameNormal &&
+                 std::fabs(known.offset - plane.offset) < Leg::kNoProgress * scene_.epsilon;
+        };
+        const auto known = std::span(near.planes).first(near.size);
+        if (near.size == kMaxFacets || std::any_of(known.begin(), known.end(), is_same)) continue;
+        near.planes[near.size++] = plane;
+      }
+    }
+    return near;
+  }
+
+  /// Goes to the nearest place in front of these planes, and on towards the place nearest to the
+  /// tool, if that way is clear and ends nearer.
+  bool goes_along(std::span<const HalfSpace> planes) {
+    const double least = norm(g_W_ - tool_W_) - kLeastGain * scene_.epsilon;
+    const PointProjection last = project_onto_half_spaces(tool_W_, planes);
+    if (!last.converged || norm(last.x - tool_W_) > least) return false;
+    const PointProjection first = project_onto_half_spaces(g_W_, planes);
+    const Vec3 way_W = last.x - first.x;
+    const double way = norm(way_W);
+    if (!first.converged || !(way > kLeastWayOn * scene_.epsilon)) return false;
+    const Vec3 on_W = first.x + std::min(1.0, kWayOn * scene_.epsilon / way) * way_W;
+    if (norm(on_W - tool_W_) > least) return false;
+    const bool goes = is_clear(g_W_, on_W) || (is_clear(g_W_, first.x) && is_clear(first.x, on_W));
+    if (!goes) return false;
+    g_W_ = nearest_W_ = on_W;
+    stalls_ = 0;
+    begin_leg();
+    return true;
   }
 
   void begin_leg() {
@@ -463,7 +400,7 @@ class Slide {
     Leg all = before_;
     const Leg pushing = pushing_planes(leg_, goal_);
     for (size_t i = 0; i < pushing.size; ++i) {
-      HAPTIC_ASSERT(all.size < kMaxPlanes);
+      HAPTIC_ASSERT(all.size < Leg::kMaxPlanes);
       if (!all.holds(pushing.planes[i])) all.planes[all.size++] = pushing.planes[i];
     }
     const bool leaps = std::exchange(leaps_, false);
@@ -484,13 +421,13 @@ class Slide {
   }
 
   void add_plane(const ProxyPlane& plane) {
-    if (leg_.size == kMaxPlanes) {
+    if (leg_.size == Leg::kMaxPlanes) {
       leg_ = pushing_planes(leg_, goal_);
       truncated_ = true;
     }
     HalfSpace tangent = tangent_plane(scene_, plane, g_W_);
     tangent.offset += stand_off(scene_, dot(tangent.normal, g_W_) - tangent.offset);
-    HAPTIC_ASSERT(leg_.size < kMaxPlanes);
+    HAPTIC_ASSERT(leg_.size < Leg::kMaxPlanes);
     leg_.half_spaces[leg_.size] = tangent;
     leg_.planes[leg_.size++] = plane;
     goal_ = project_onto_half_spaces(tool_W_, leg_.view());
@@ -511,31 +448,10 @@ class Slide {
   Vec3 nearest_W_;  // nearest to the tool, of the ends of legs
   int stalls_ = 0;
   bool leaps_ = true;
-  struct Left {
-    Vec3 g_W;
-    Leg leg;
-    PointProjection goal;
-  };
-  std::optional<Left> left_;  // state before the last detour around a vertex
-  int leaves_ = 0;
   bool truncated_ = false;
 };
 
 }  // namespace
-
-ProxySupport support_of(const PointScene& scene, const ProxyPlane& plane, const Vec3& g_W) {
-  HAPTIC_ASSERT(plane.object < scene.shapes.size() && scene.radius >= 0);
-  const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
-  const Vec3 g_O = inverse(scene.X_WO[plane.object]) * g_W;
-  const Feature face{FeatureKind::kFace, plane.triangle};
-  const Vec3& n_O = mesh.face_normals[plane.triangle];
-  const double height = dot(n_O, g_O - mesh.vertices[mesh.triangles[plane.triangle][0]]);
-  if (scene.radius == 0) return {face, g_O - height * n_O, n_O};
-  const ClosestPoint c = closest_point_on_triangle(mesh, plane.triangle, g_O);
-  if (c.feature == face) return {face, c.point_O, n_O};
-  return {c.feature, c.point_O,
-          c.distance > 0 ? (g_O - c.point_O) / c.distance : pseudo_normal(mesh, c.feature)};
-}
 
 uint32_t seed_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy) {
   HAPTIC_ASSERT(scene.shapes.size() <= kMaxObjects);
@@ -585,7 +501,6 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
     if (slide.take_leap_back()) {
       while (slide.has_no_plane() && slide.sweeps_on(false)) continue;
     }
-    slide.take_leave_back();
   }
   if (slide.truncated()) move.flags |= kContactTruncated;
 
