@@ -262,7 +262,7 @@ ServoFrame admittance_step(const ServoModel& model, ServoState& state, const Ser
   rest_after_gap(model, own, input);
   const bool usable = take_sample(model, own, input, frame);
   follow_control(model, state, input);
-  continue_pushes(state.pushes, input.t_ns);
+  continue_pushes(model, state.pushes, input.t_ns);
   const ContactWeight age = weigh(state, input, model.dt, frame);
   frame.X_WT = tool_pose(model.map, state.clutch, own.body.X_BH);
 

@@ -39,6 +39,7 @@ struct ReseedMark {
 struct PushCounters {
   std::array<Wrench, kMaxObjects> impulse_W{};
   std::array<Wrench, kMaxObjects> impulse_time_W{};  // until t_ns
+  std::array<Wrench, kMaxObjects> last_W{};          // part of impulse_W, of the last tick
   Vec3 forgotten_W;
   int64_t since_ns = 0;  // the first tick
   int64_t t_ns = 0;      // this tick

@@ -64,7 +64,7 @@ ServoFrame impedance_step(const ServoModel& model, ServoState& state, const Serv
   ServoFrame frame{};
   const bool usable = place_tool(model, state, input, frame);
   follow_control(model, state, input);
-  continue_pushes(state.pushes, input.t_ns);
+  continue_pushes(model, state.pushes, input.t_ns);
 
   // contacts where the objects are now, as far as their age allows
   const ContactWeight age = weigh(state, input, model.dt, frame);

@@ -2,6 +2,7 @@
 #include "servo/tick.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "proto/config/renderer_needs.h"
 #include "proto/math/assert.h"
@@ -133,12 +134,19 @@ ContactWeight weigh(ServoState& state, const ServoInput& input, double dt, Servo
   return age;
 }
 
-void continue_pushes(PushCounters& pushes, int64_t t_ns) {
+void continue_pushes(const ServoModel& model, PushCounters& pushes, int64_t t_ns) {
+  HAPTIC_ASSERT(model.dt > 0);
   if (pushes.since_ns == 0) pushes.since_ns = pushes.t_ns = t_ns;
   const double since = static_cast<double>(t_ns - pushes.t_ns) * 1e-9;
+  const double missed = std::clamp(std::round(since / model.dt) - 1, 0.0, 1.0 * kReleaseAfterTicks);
+  // each at its own tick: they last for dt, 2 dt, … until this one
+  const double lasting = 0.5 * missed * (missed + 1) * model.dt;
   for (uint32_t i = 0; i < kMaxObjects; ++i) {
-    pushes.impulse_time_W[i] = pushes.impulse_time_W[i] + since * pushes.impulse_W[i];
+    pushes.impulse_time_W[i] =
+        pushes.impulse_time_W[i] + since * pushes.impulse_W[i] + lasting * pushes.last_W[i];
+    pushes.impulse_W[i] = pushes.impulse_W[i] + missed * pushes.last_W[i];
   }
+  pushes.last_W = {};
   pushes.t_ns = t_ns;
 }
 
@@ -153,7 +161,8 @@ void note_pushes(const ServoModel& model, PushCounters& pushes, const ServoInput
     const Wrench push_W = shift(rendered.push_W[i], rendered.X_WP.p - at_W);
     const Wrench given_W{-model.dt * felt.force * push_W.f, -model.dt * felt.torque * push_W.t};
     if (are_taken || !is_mobile(*scene, i)) {
-      pushes.impulse_W[i] = pushes.impulse_W[i] + shift(given_W, at_W - placed.X_WO[i].p);
+      pushes.last_W[i] = shift(given_W, at_W - placed.X_WO[i].p);
+      pushes.impulse_W[i] = pushes.impulse_W[i] + pushes.last_W[i];
     } else {
       pushes.forgotten_W += given_W.f;
     }

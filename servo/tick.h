@@ -24,8 +24,10 @@ void follow_control(const ServoModel& model, ServoState& state, const ServoInput
 /// How much of the contacts their age leaves; noted in the frame.
 ContactWeight weigh(ServoState& state, const ServoInput& input, double dt, ServoFrame& frame);
 
-/// Brings the integral of the impulses up to this tick.
-void continue_pushes(PushCounters& pushes, int64_t t_ns);
+/// Brings the impulses and their integral up to this tick. The device holds the force of the last
+/// one over the ticks that were missed since, until hapticd lets go (kReleaseAfterTicks): so each
+/// of them has pushed as it did.
+void continue_pushes(const ServoModel& model, PushCounters& pushes, int64_t t_ns);
 
 /// Counts what the objects, where they are placed, are pushed with in this tick: the opposite of
 /// what they push the proxy with, as far as the hand feels it. What no sim moves a body by is

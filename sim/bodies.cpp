@@ -16,6 +16,8 @@ namespace {
 
 // a body that a hand has pushed within this time is looked at together with what it touches [ns]
 constexpr int64_t kTouchedNs = 500'000'000;
+// most that a hand takes to map the segment of a new sim, which is some 10 ms [ns]
+constexpr int64_t kReturnNs = 100'000'000;
 constexpr double kRatio = 1.2;  // of the period: a longer step is cut
 
 BodyMass mass_of(const ObjectConfig& object, const TriangleMesh& mesh) {
@@ -85,6 +87,34 @@ void restart(const BodiesModel& model, BodiesState& state, const HandFrames& han
   for (uint32_t hand = 0; hand < kMostHands; ++hand) {
     state.seen[hand] = {};
     if (hands[hand] != nullptr) forget_pushes(state.seen[hand], *hands[hand], last, hand);
+  }
+}
+
+/// Whether a hand has not used a frame yet since sim was away: what it holds would fall until it
+/// does. Not longer than kReturnNs, and not for a hand whose servo is gone.
+bool is_awaited(const BodiesState& state, const HandFrames& hands, int64_t t_ns) {
+  if (t_ns - state.returned_ns > kReturnNs) return false;
+  return std::ranges::any_of(hands, [&](const ServoFrame* hand) {
+    return hand != nullptr && t_ns - hand->t_ns <= kReturnNs &&
+           hand->scene_seq < state.returned_seq;
+  });
+}
+
+/// Leaves all bodies where they were.
+void stand_still(const BodiesModel& model, const SceneFrame& last, SceneFrame& frame) {
+  for (const uint32_t i : model.with_mass) {
+    frame.X_WO[i] = last.X_WO[i];
+    frame.V_WO[i] = last.V_WO[i];
+  }
+  frame.responses = last.responses;
+}
+
+/// The same, until the hands know; what they push meanwhile is forgotten.
+void await_hands(const BodiesModel& model, BodiesState& state, const HandFrames& hands,
+                 SceneFrame& frame) {
+  stand_still(model, state.last, frame);
+  for (uint32_t hand = 0; hand < kMostHands; ++hand) {
+    if (hands[hand] != nullptr) forget_pushes(state.seen[hand], *hands[hand], state.last, hand);
   }
 }
 
@@ -235,16 +265,16 @@ void step_bodies(const BodiesModel& model, BodiesState& state, const HandFrames&
   if (was_away) {
     restart(model, state, hands, frame);
     if (is_new) note_responses(model, state, {}, 0, 0, frame);
+    state.returned_seq = is_new ? 0 : frame.seq;
+    state.returned_ns = frame.t_ns;
+  } else if (is_awaited(state, hands, frame.t_ns)) {
+    await_hands(model, state, hands, frame);
   } else if (dt > 0) {
     const NewPushes pushes = give_pushes(model, state, hands, frame.t_ns, dt);
     const double step = step_world(model, *state.world, dt, frame);
     note_responses(model, state, pushes, dt, step, frame);
   } else {
-    for (const uint32_t i : model.with_mass) {
-      frame.X_WO[i] = state.last.X_WO[i];
-      frame.V_WO[i] = state.last.V_WO[i];
-    }
-    frame.responses = state.last.responses;
+    stand_still(model, state.last, frame);
   }
   for (uint32_t j = 0; j < frame.n_joints; ++j) frame.joints[j] = state.world->joint(j);
   for (uint32_t hand = 0; hand < kMostHands; ++hand) {

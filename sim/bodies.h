@@ -37,6 +37,8 @@ struct BodiesState {
   std::array<SeenCounters, kMostHands> seen{};
   std::array<int64_t, kMaxObjects> touched_ns{};  // last push of each object; 0: never
   bool resumed = false;                           // `last` is that of a sim that was away
+  uint64_t returned_seq = 0;                      // of its first frame since it was away
+  int64_t returned_ns = 0;                        // of that frame
   SceneFrame last{};
 };
 

@@ -36,6 +36,12 @@ void rest_after(int64_t end_ns, int64_t busy_ns, int64_t next_deadline_ns) {
   if (rested_ns > next_deadline_ns) sleep_until(rested_ns);
 }
 
+/// The last point of the grid before this process ran: it may have stood still in its sleep, and
+/// what the hand has done since then belongs to no earlier step.
+int64_t grid_point(const Tick& tick, int64_t period_ns) {
+  return tick.deadline_ns + tick.late_ns / period_ns * period_ns;
+}
+
 /// Waits until what the session has is attached. hapticd sends its own segment last.
 void await_session(RingSource<&ControlChannels::frames>& controls, ControlFrame& control) {
   const int64_t give_up_ns = now_ns() + kPatienceNs;
@@ -99,8 +105,9 @@ int run(const ChildArguments& arguments) {
   while (!child.stopping()) {
     const Tick tick = clock.wait();
     child.beat(tick);
-    publish_step(tick.deadline_ns, tick.deadline_ns + tick.late_ns);
-    if (moves_bodies) rest_after(now_ns(), frame.busy_ns, tick.deadline_ns + clock.period());
+    const int64_t t_ns = grid_point(tick, clock.period());
+    publish_step(t_ns, tick.deadline_ns + tick.late_ns);
+    if (moves_bodies) rest_after(now_ns(), frame.busy_ns, t_ns + clock.period());
   }
   child.finish();
   return kExitClean;

@@ -67,7 +67,8 @@ void Lockstep::move_scene(int64_t t_ns) {
   if (options_.without_counters) {
     for (ObjectResponse& response : scene->responses) response.mobility = {};
   }
-  scenes_.push_back({tick_ + options_.scene_latency, std::move(scene)});
+  const uint64_t visible_at = std::max(tick_ + options_.scene_latency, scene_mapped_at_);
+  scenes_.push_back({visible_at, std::move(scene)});
 }
 
 ServoFrame Lockstep::question_of(const DeviceState& device, int64_t t_ns) const {
@@ -102,11 +103,12 @@ void Lockstep::kill_sim() {
   has_sim_ = false;
 }
 
-void Lockstep::restart_sim() {
+void Lockstep::restart_sim(uint64_t mapped_after) {
   const SceneFrame& last = scenes_.empty() ? *scene_ : *scenes_.back().scene;
   sim_state_ = {};
   resume(sim_model_, sim_state_, last);
   has_sim_ = true;
+  scene_mapped_at_ = tick_ + mapped_after;
 }
 
 void Lockstep::restart_contact() {
@@ -115,11 +117,22 @@ void Lockstep::restart_contact() {
   has_contact_ = true;
 }
 
-bool Lockstep::step() {
-  const int64_t t_ns = grid_time(config_.servo_rate, tick_);
+void Lockstep::move_scene_until(int64_t t_ns) {
   for (; grid_time(config_.sim_rate, sim_ticks_) <= t_ns; ++sim_ticks_) {
     if (has_sim_) move_scene(grid_time(config_.sim_rate, sim_ticks_));
   }
+}
+
+void Lockstep::miss_tick() {
+  const int64_t t_ns = grid_time(config_.servo_rate, tick_++);
+  move_scene_until(t_ns);
+  DeviceState unread;
+  device_.read({t_ns, t_ns}, unread);
+}
+
+bool Lockstep::step() {
+  const int64_t t_ns = grid_time(config_.servo_rate, tick_);
+  move_scene_until(t_ns);
   while (!scenes_.empty() && scenes_.front().visible_at <= tick_) {
     scene_ = std::move(scenes_.front().scene);
     scenes_.pop_front();

@@ -32,18 +32,22 @@ class Lockstep {
   /// Sim makes no scenes from here on, as after kill -9; restart_sim() begins it anew from the last
   /// scene that was published.
   void kill_sim();
-  void restart_sim();
+  void restart_sim(uint64_t mapped_after = 0);
   /// Likewise as after SIGSTOP and SIGCONT: it goes on with what it knew.
   void stop_sim() { has_sim_ = false; }
   void continue_sim() { has_sim_ = true; }
   /// Likewise contact: it answers nothing until it begins anew, and knows nothing then.
   void kill_contact() { has_contact_ = false; }
+  void stop_contact() { has_contact_ = false; }
+  void continue_contact() { has_contact_ = true; }
   void restart_contact();
   /// The servo begins anew, as after a restart.
   void restart_servo() { servo_state_ = {}; }
 
   /// One tick. False once the device's recording has ended; that tick produces no frame.
   bool step();
+  /// The servo misses a tick: the device holds its force, hand and sim go on.
+  void miss_tick();
 
   const ServoFrame& frame() const { return frame_; }
   /// The set used by the last tick, or null.
@@ -67,6 +71,7 @@ class Lockstep {
     std::unique_ptr<SceneFrame> scene;
   };
   void move_scene(int64_t t_ns);
+  void move_scene_until(int64_t t_ns);
   void answer(const ServoFrame& question, uint64_t visible_at);
   ServoFrame question_of(const DeviceState& device, int64_t t_ns) const;
 
@@ -87,6 +92,7 @@ class Lockstep {
   ServoFrame frame_{};
   uint64_t tick_ = 0;
   uint64_t sim_ticks_ = 0;
+  uint64_t scene_mapped_at_ = 0;  // the tick
   bool has_sim_ = true, has_contact_ = true;
   uint64_t contact_generation_ = 0;
   uint64_t hash_ = 14695981039346656037ull;

@@ -313,6 +313,9 @@ void print(const TortureCommand& options, const Result& result, const std::vecto
 }
 
 void run_torture(const TortureCommand& options) {
+  if (options.six && options.bodies) {
+    throw UsageError("--six, --bodies: the block is taken with one button and no wrist; give one");
+  }
   std::string recording = options.output;
   if (recording.ends_with(".mcap")) recording.resize(recording.size() - 5);
   if (!recording.empty()) {
@@ -367,7 +370,7 @@ void add_torture_command(Command& app) {
   command.flag("--six", options->six,
                "on a device with six motors: each torque is checked as each force is");
   command.flag("--bodies", options->bodies,
-               "what is touched has mass and lies on the ground, beside something that falls");
+               "what is touched has mass, and the hand holds it in every other turn");
   command.flag("--keep", options->keep, "keep the folder with the device's log");
   command.flag("--no-realtime", options->no_realtime, "run without real-time priorities");
   add_json(command, options->json);

@@ -9,7 +9,6 @@
 
 #include "contact/faulty/fault_order.h"
 #include "device-io/emulator/fault_order.h"
-#include "device-io/woodenhaptics/protocol.h"
 #include "proto/ipc/process.h"
 #include "proto/math/units.h"
 #include "proto/os/programs.h"
@@ -25,19 +24,17 @@ constexpr int64_t kContextNs = 15 * kMs;            // context before the first 
 constexpr int64_t kJustBeforeNs = 50 * kMs;         // delay the device may still have
 constexpr int64_t kSettleNs = 30 * kMs;             // after a fault, also checked
 constexpr int64_t kLatchPatienceNs = 150 * kMs;     // per attempt, until safety has latched a fault
-constexpr int64_t kFoundNs = 100 * kMs;             // documented: time to detect a lying device
-// documented: the motors of a wrist turn its encoders so fast that noise is found later
-constexpr int64_t kTurnFoundNs = 200 * kMs;
 constexpr int64_t kTrustNs = 500 * kMs;        // until the driver trusts an honest device again
 constexpr int kLatchAttempts = 5;              // a faulty answer may be overwritten unread
 constexpr int64_t kHealthyNs = 10'200 * kMs;   // hapticd's ten seconds plus one look
 constexpr int64_t kGoneNs = 2 * kNsPerSecond;  // limit for children to end and firmware to let go
 constexpr int64_t kStopNs = 2 * kMs;           // until SIGSTOP has reached every thread
+constexpr int kFaultsPerTurn = 20;             // while a body is held, and while it is pressed
+constexpr int64_t kEmptyNs = 20 * kMs;         // without a force, after which nothing is held
+constexpr int64_t kCalmNs = 150 * kMs;         // in which a body that is still held hangs calm
 constexpr size_t kManyClients = 64;
 constexpr const char* kStressTime = "2s";  // of stress-ng
 
-// documented times to recovery
-constexpr int64_t kRestartGoal = 200 * kMs, kServoGoal = 3000 * kMs;
 constexpr int64_t kReplacedGoal = 50 * kMs;  // from contact's death until its spare answers
 
 void send(pid_t pid, int signal) {
@@ -63,50 +60,6 @@ std::string milliseconds(int64_t ns) {
 }
 
 }  // namespace
-
-const std::array<FaultInfo, kFaultKinds> kFaults{{
-    {FaultKind::kContactKill, "contact: kill -9", 4, Effect::kFade, kRestartGoal},
-    {FaultKind::kContactHang, "contact: hangs", 1, Effect::kFade, kRestartGoal},
-    {FaultKind::kContactStop, "contact: stopped for a while", 9, Effect::kFade, kRestartGoal},
-    {FaultKind::kContactNaN, "contact: NaN in an answer", 5, Effect::kZero, 0},
-    {FaultKind::kContactInfinity, "contact: infinity in an answer", 5, Effect::kZero, 0},
-    {FaultKind::kContactTenTimes, "contact: 10 times too slow", 5, Effect::kNothing, 0},
-    {FaultKind::kContactThousandTimes, "contact: 1000 times too slow", 5, Effect::kFade, 0},
-    {FaultKind::kContactLies, "contact: planes out of place", 6, Effect::kLies, 0},
-    {FaultKind::kSimKill, "sim: kill -9", 4, Effect::kNothing, kRestartGoal},
-    {FaultKind::kSimStop, "sim: stopped for a while", 6, Effect::kNothing, 0},
-    {FaultKind::kServoKill, "servo: kill -9", 1, Effect::kZero, kServoGoal},
-    {FaultKind::kServoStop, "servo: hangs", 1, Effect::kZero, kServoGoal},
-    {FaultKind::kServoPause, "servo: stopped for a while", 1, Effect::kLimits, 0},
-    {FaultKind::kHapticdKill, "hapticd: kill -9", 1, Effect::kZero, 0},
-    {FaultKind::kHapticdServoKill, "hapticd and servo: kill -9", 1, Effect::kZero, 0,
-     kFirmwareWatchdogNs},
-    {FaultKind::kHapticdStop, "hapticd: stopped for a while", 1, Effect::kNothing, 0},
-    {FaultKind::kRecorderKill, "recorder: kill -9", 4, Effect::kNothing, 0},
-    {FaultKind::kRecorderStop, "recorder: stopped for a while", 5, Effect::kNothing, 0},
-    {FaultKind::kClientKill, "watching client: kill -9", 5, Effect::kNothing, 0},
-    {FaultKind::kClientStop, "watching client: stopped", 5, Effect::kNothing, 0},
-    {FaultKind::kManyClients, "64 clients attach and die", 2, Effect::kNothing, 0},
-    {FaultKind::kPoseJump, "device: pose jumps 0.67 m", 6, Effect::kZero, 0},
-    {FaultKind::kDeviceSilent, "device: stops answering", 5, Effect::kSilence, 0},
-    {FaultKind::kDeviceFrozen, "device: the same answer always", 3, Effect::kZero, 0, kFoundNs,
-     true},
-    {FaultKind::kDeviceOldFirst, "device: old answers between", 2, Effect::kZero, 0, kFoundNs,
-     true},
-    {FaultKind::kDeviceDelayed, "device: answers a second old", 2, Effect::kZero, 0, kFoundNs,
-     true},
-    {FaultKind::kDeviceNoise, "device: 60 counts of noise", 3, Effect::kZero, 0, kFoundNs, true},
-    {FaultKind::kTurnJump, "device: orientation jumps 1 rad", 6, Effect::kZero, 0,
-     ForceRules{}.zero_ns, false, true},
-    {FaultKind::kDeviceTurnNoise, "device: noise of orientation", 3, Effect::kZero, 0, kTurnFoundNs,
-     true, true},
-    {FaultKind::kMemory, "memory pressure", 1, Effect::kLimits, 0},
-    {FaultKind::kBusy, "all cores busy", 1, Effect::kLimits, 0},
-}};
-
-const FaultInfo& info_of(FaultKind kind) {
-  return kFaults[static_cast<size_t>(kind)];
-}
 
 int64_t FaultInjector::between(int64_t least_ns, int64_t most_ns) {
   return std::uniform_int_distribution<int64_t>(least_ns, most_ns)(random_);
@@ -548,9 +501,33 @@ void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome&
   }
 }
 
+/// Where there are bodies the hand holds one in every other turn, and presses it in between.
+void FaultInjector::change_hands(FaultOutcome& outcome) {
+  if (!session_.has_bodies() || n_faults_++ % kFaultsPerTurn != 0) return;
+  const bool takes = n_faults_ / kFaultsPerTurn % 2 == 0;
+  const bool done = takes ? session_.take(kPatienceNs) : session_.let_go(kPatienceNs);
+  if (!done) {
+    outcome.violations.push_back(takes ? "the block cannot be taken"
+                                       : "the block cannot be pressed again");
+  }
+  judged_ns_ = now_ns();
+}
+
+/// A grasp ends with whatever ends a force, and begins only when the button goes down again.
+void FaultInjector::take_again(FaultOutcome& outcome) {
+  if (!session_.holds()) return;
+  const auto recent = session_.records_since(now_ns() - kEmptyNs);
+  const bool is_empty = std::ranges::all_of(
+      recent, [](const EmulatorRecord& r) { return norm(r.force_B) < ForceRules{}.step; });
+  if (!is_empty && session_.wait_whole(now_ns(), kCalmNs)) return;
+  if (session_.take(kPatienceNs)) return;
+  outcome.violations.push_back("the block cannot be taken again");
+}
+
 FaultOutcome FaultInjector::inject(FaultKind kind) {
   FaultOutcome outcome;
   outcome.kind = kind;
+  change_hands(outcome);
   session_.pause(kBeforeNs);
   const int64_t from_ns = now_ns();
   if (judged_ns_ != 0) outcome.before = judge_calm(from_ns);
@@ -558,10 +535,14 @@ FaultOutcome FaultInjector::inject(FaultKind kind) {
   done.from_ns = from_ns;
   outcome.begin_ns = done.begin_ns;
   outcome.left_out = done.left_out;
-  outcome.violations = done.problems;
+  outcome.violations.insert(outcome.violations.end(), done.problems.begin(), done.problems.end());
   if (!done.left_out.empty()) return outcome;
-  const auto whole_ns = session_.wait_whole(done.whole_from_ns, kPatienceNs);
-  if (!whole_ns) {
+  const bool may_end_hold = session_.holds() && info_of(kind).effect != Effect::kNothing;
+  const auto whole_ns =
+      may_end_hold ? std::nullopt : session_.wait_whole(done.whole_from_ns, kPatienceNs);
+  if (may_end_hold) {
+    session_.pause(kBeforeNs);
+  } else if (!whole_ns) {
     outcome.violations.push_back("not whole again within " + milliseconds(kPatienceNs));
   } else if (done.recovers) {
     const int64_t until_ns = done.recovered_ns != 0 ? done.recovered_ns : *whole_ns;
@@ -569,6 +550,7 @@ FaultOutcome FaultInjector::inject(FaultKind kind) {
   }
   session_.pause(kSettleNs);
   judge(info_of(kind), done, outcome);
+  take_again(outcome);
   judged_ns_ = now_ns();
   session_.forget_before(judged_ns_ - kNsPerSecond);
   return outcome;

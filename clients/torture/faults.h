@@ -1,70 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <random>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "clients/torture/fault_kinds.h"
 #include "clients/torture/session.h"
 #include "device-io/emulator/fault_order.h"
 
 namespace haptic {
-
-/// Faults that can be injected into a running session.
-enum class FaultKind {
-  kContactKill,
-  kContactHang,
-  kContactStop,
-  kContactNaN,
-  kContactInfinity,
-  kContactTenTimes,
-  kContactThousandTimes,
-  kContactLies,
-  kSimKill,
-  kSimStop,
-  kServoKill,
-  kServoStop,
-  kServoPause,
-  kHapticdKill,
-  kHapticdServoKill,
-  kHapticdStop,
-  kRecorderKill,
-  kRecorderStop,
-  kClientKill,
-  kClientStop,
-  kManyClients,
-  kPoseJump,
-  kDeviceSilent,
-  kDeviceFrozen,
-  kDeviceOldFirst,
-  kDeviceDelayed,
-  kDeviceNoise,
-  kTurnJump,
-  kDeviceTurnNoise,
-  kMemory,
-  kBusy,
-};
-inline constexpr size_t kFaultKinds = 31;
-
-/// Properties of a kind of fault.
-struct FaultInfo {
-  FaultKind kind;
-  std::string_view name;
-  int share;                               // per hundred faults
-  Effect effect;                           // allowed effect on the force
-  int64_t goal_ns;                         // documented time to recovery; 0: none
-  int64_t zero_ns = ForceRules{}.zero_ns;  // documented time to zero force, if the effect is zero
-  bool is_misled = false;                  // the device reports false data
-  bool is_of_six = false;                  // of a device that turns only
-};
-extern const std::array<FaultInfo, kFaultKinds> kFaults;
-
-const FaultInfo& info_of(FaultKind kind);
 
 /// Result of one fault.
 struct FaultOutcome {
@@ -107,6 +55,8 @@ class FaultInjector {
     std::string left_out = {};
   };
 
+  void change_hands(FaultOutcome& outcome);
+  void take_again(FaultOutcome& outcome);
   Done inflict(FaultKind kind);
   Done kill_contact(bool hang);
   Done stop_contact();
@@ -139,6 +89,7 @@ class FaultInjector {
   std::mt19937_64 random_;
   int64_t contact_restarted_ns_ = 0, sim_restarted_ns_ = 0;  // since hapticd started
   int64_t judged_ns_ = 0;                                    // so far
+  int n_faults_ = 0;
 };
 
 }  // namespace haptic

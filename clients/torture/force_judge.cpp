@@ -15,7 +15,6 @@ constexpr int64_t kUnderWayNs = 5 * kMs;  // a line, an answer and the grid of t
 constexpr int64_t kStillNs = 15 * kMs;    // shorter stalls cannot age contacts
 constexpr int64_t kLateReadNs = 50 * kMs;  // the device may have slept this long before a command
 constexpr int64_t kRecordNs = 11 * kMs;    // longest silence of a healthy emulator
-constexpr size_t kInARow = 10;             // consecutive commands that prove recovery
 
 /// A pose reported by the device.
 struct Said {
@@ -27,6 +26,11 @@ struct Said {
 Said said(const ForceRules& rules, const MotorCounts& counts) {
   Said out{rules.arm->angles(counts), {}, 0};
   out.X_BH = rules.arm->pose(out.angles);
+  if (rules.weight > 0) {
+    // by which the hold's spring is drawn out, wherever the hand rests
+    out.depth = rules.weight / rules.stiffness;
+    return out;
+  }
   out.depth = rules.part == Part::kForce ? std::max(0.0, -out.X_BH.p.z)
                                          : norm(tilt_of(out.X_BH.q * rules.tool_on_grip));
   return out;
@@ -120,7 +124,7 @@ std::vector<Command> commands_of(const ForceRules& rules, std::span<const Emulat
 
 /// The most that spring and damper make, at the deepest of the recent poses.
 double most_of_wall(const ForceRules& rules, const Command& c) {
-  return rules.stiffness * c.deepest + rules.bend + c.damper;
+  return rules.stiffness * c.deepest + rules.bend + rules.sway + c.damper;
 }
 
 /// Keeps the first breach of each kind.
@@ -136,6 +140,25 @@ class Findings {
  private:
   std::array<bool, kForceBreaches> known_{};
 };
+
+/// After a stall this long the servo may have been released, and the force climbs back from zero by
+/// the slew limit or the soft start.
+bool is_climbing(const ForceRules& rules, const JudgedFault& fault, const Command& c) {
+  const int64_t released_ns = (kReleaseAfterTicks - 4) * rules.tick_ns;
+  const double climb = std::max(rules.max_force / rules.slew, rules.soft_start);
+  const auto climb_ns = static_cast<int64_t>(1e9 * climb);
+  return std::any_of(fault.stalls.begin(), fault.stalls.end(), [&](const Stall& s) {
+    return s.end_ns - s.begin_ns > released_ns && s.begin_ns < c.t_ns &&
+           c.t_ns < s.end_ns + climb_ns + 2 * released_ns;
+  });
+}
+
+/// After a stall contacts may have aged, and the force returns by a ramp.
+bool is_excused(const ForceRules& rules, const JudgedFault& fault, const Command& c) {
+  const int64_t memory_ns = rules.hold_ns + 3 * rules.fade_ns;
+  return held_up(fault.stalls, c.t_ns - memory_ns, c.t_ns) > kStillNs ||
+         is_climbing(rules, fault, c);
+}
 
 /// Checks what holds at all times, with or without a fault. False planes may push harder than the
 /// wall and to any side, but no faster than the hand's motion and the slew limit allow. The
@@ -153,7 +176,11 @@ void judge_always(const ForceRules& rules, std::span<const Command> all, const J
     if (!(force <= strongest)) found.add(ForceBreach::kTooStrong, c.t_ns, force, strongest);
     if (i + 1 < kAnswers) continue;
     const double wall = most_of_wall(rules, c) + rules.step;
-    if (!lies && !(force <= wall)) found.add(ForceBreach::kBeyondWall, c.t_ns, force, wall);
+    // what hangs from the hand falls while the machine stands still, and swings
+    const bool swings = rules.weight > 0 && is_excused(rules, fault, c);
+    if (!lies && !swings && !(force <= wall)) {
+      found.add(ForceBreach::kBeyondWall, c.t_ns, force, wall);
+    }
     // since the command before last: a stalled device has read the last one too late
     const int64_t before_ns = all[i - 1].t_ns;
     const int64_t late_ns = held_up(fault.stalls, before_ns - kLateReadNs, before_ns);
@@ -177,25 +204,6 @@ void judge_complete(const ForceRules& rules, std::span<const EmulatorRecord> rec
     if (r.commands == expected && r.t_ns >= before.t_ns) continue;
     found.add(ForceBreach::kLostRecord, r.t_ns, felt(rules, r), felt(rules, before));
   }
-}
-
-/// After a stall this long the servo may have been released, and the force climbs back from zero by
-/// the slew limit or the soft start.
-bool is_climbing(const ForceRules& rules, const JudgedFault& fault, const Command& c) {
-  const int64_t released_ns = (kReleaseAfterTicks - 4) * rules.tick_ns;
-  const double climb = std::max(rules.max_force / rules.slew, rules.soft_start);
-  const auto climb_ns = static_cast<int64_t>(1e9 * climb);
-  return std::any_of(fault.stalls.begin(), fault.stalls.end(), [&](const Stall& s) {
-    return s.end_ns - s.begin_ns > released_ns && s.begin_ns < c.t_ns &&
-           c.t_ns < s.end_ns + climb_ns + 2 * released_ns;
-  });
-}
-
-/// After a stall contacts may have aged, and the force returns by a ramp.
-bool is_excused(const ForceRules& rules, const JudgedFault& fault, const Command& c) {
-  const int64_t memory_ns = rules.hold_ns + 3 * rules.fade_ns;
-  return held_up(fault.stalls, c.t_ns - memory_ns, c.t_ns) > kStillNs ||
-         is_climbing(rules, fault, c);
 }
 
 void judge_unchanged(const ForceRules& rules, std::span<const Command> all,
@@ -315,11 +323,12 @@ bool is_wall(const ForceRules& rules, const EmulatorRecord& command, double spee
   const Said at = said(rules, command.answered);
   const double force = std::min(rules.stiffness * at.depth, rules.max_force);
   Vec3 wall{0, 0, force};
+  if (rules.weight > 0) wall.z = -force;
   if (rules.part == Part::kTorque && at.depth > 0) {
     wall = -force / at.depth * tilt_of(at.X_BH.q * rules.tool_on_grip);
   }
   const Vec3 got = part_of(rules, {command.force_B, command.torque_B});
-  return norm(got - wall) <= rules.step + rules.max_damping * speed;
+  return norm(got - wall) <= rules.step + rules.sway + rules.max_damping * speed;
 }
 
 ForceVerdict judge_force(const ForceRules& rules, std::span<const EmulatorRecord> records,
@@ -362,7 +371,7 @@ std::optional<int64_t> whole_again(const ForceRules& rules, std::span<const Emul
   for (size_t i = 0; i < all.size(); ++i) {
     const bool whole = all[i].t_ns >= from_ns && all[i].is_spring && all[i].depth > rules.pressing;
     in_a_row = whole ? in_a_row + 1 : 0;
-    if (in_a_row == kInARow) return all[i + 1 - kInARow].t_ns;
+    if (in_a_row == rules.in_a_row) return all[i + 1 - in_a_row].t_ns;
   }
   return std::nullopt;
 }

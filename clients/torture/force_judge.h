@@ -17,8 +17,9 @@ enum class Part { kForce, kTorque };
 
 /// The session under test: a hand on an emulated device presses into the half space z < 0 of the
 /// device's frame B, which pushes it up by its depth. A device that turns presses a tool with a
-/// flat bottom, which the half space also turns upright, by its tilt. These are the rules of one
-/// part; those of torque are in the units in brackets.
+/// flat bottom, which the half space also turns upright, by its tilt. Or the hand rests and holds a
+/// body, whose weight draws it down. These are the rules of one part; those of torque are in the
+/// units in brackets.
 struct ForceRules {
   double stiffness = 500;         // of the spring [N/m or N·m/rad]
   double max_force = 3.6;         // [N or N·m]
@@ -37,6 +38,10 @@ struct ForceRules {
   // turn
   double bend = 0;
   double pressing = 2e-3;  // depth or tilt of a pressing hand [m or rad]
+  // of a body that hangs from the hand, and by which the force may differ from it; above zero the
+  // hand rests, and this weight takes the place of the wall [N]
+  double weight = 0, sway = 0;
+  size_t in_a_row = 10;  // commands that prove recovery
   const Arm* arm = &woodenhaptics_arm();
   Quat tool_on_grip{};  // orientation of the tool in the handle
 };
@@ -116,8 +121,8 @@ bool is_wall(const ForceRules& rules, const EmulatorRecord& command, double spee
 ForceVerdict judge_force(const ForceRules& rules, std::span<const EmulatorRecord> records,
                          const JudgedFault& fault);
 
-/// Time of recovery after from_ns: the first of ten consecutive commands that equal the wall of a
-/// pressing hand. Nothing: not yet.
+/// Time of recovery after from_ns: the first of in_a_row consecutive commands that equal the wall
+/// of a pressing hand. Nothing: not yet.
 std::optional<int64_t> whole_again(const ForceRules& rules, std::span<const EmulatorRecord> records,
                                    int64_t from_ns);
 

@@ -12,12 +12,14 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "device-io/emulator/fault_order.h"
 #include "device-io/sixmotors/kinematics.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
 #include "proto/math/units.h"
 #include "proto/os/environment.h"
 #include "proto/os/programs.h"
+#include "proto/os/queued_order.h"
 #include "proto/os/realtime.h"
 #include "proto/os/source_tree.h"
 
@@ -38,6 +40,20 @@ const std::vector<std::string> kPressingHand{
     "-7 mm",   "--direction",   "0",        "0",        "1",
     "--hover", "2.5 mm",        "--press",  "0 mm",     "--stroke-angle",
     "0 deg",   "--stroke-time", "3 s",      "--tremor", "0 mm"};
+// What it takes where there are bodies: a block in a pocket, out of which nothing moves it.
+constexpr double kBlock = 0.1;            // [kg]
+constexpr double kHalfBlock = 0.02;       // edge [m]
+constexpr double kPocket = 0.001;         // room to each side of it [m]
+constexpr double kPocketDepth = 0.03;     // [m]
+constexpr double kHalfWall = 0.02;        // [m]
+constexpr double kHoldDamping = 3;        // a fifth of critical for it [N·s/m]
+constexpr double kGravity = 9.81;         // [m/s²]
+constexpr double kSway = 0.2;             // by which a resting hand may feel the block swing [N]
+constexpr int64_t kReachNs = 250 * kMs;   // until the hand is where it takes the block
+constexpr int64_t kTakenNs = 1500 * kMs;  // and until the block hangs calm
+constexpr size_t kCalm = 100;             // commands without a swing, whose period is 89 ms
+const std::vector<std::string> kTakingHand{"--grasp", "-3 mm", "6 mm"};
+
 /// And one that twists, by 1.5 degrees to either side.
 const std::vector<std::string> kTwistingHand{
     "--six", "--turn-angle", "1.5 deg", "--turn-axis", "0", "1", "0"};
@@ -50,6 +66,17 @@ constexpr double kTurningStiffness = 0.25;   // [N·m/rad]
 constexpr double kMaxTorque = 0.03;          // [N·m]
 constexpr double kMaxTurningDamping = 2e-3;  // [N·m·s/rad]
 constexpr double kTorqueSlew = 1.7;          // to the largest in 18 ms, as the force [N·m/s]
+
+void write_box(std::ostream& out, const std::string& name, const Vec3& extent, const Vec3& place) {
+  const auto lengths = [&](const Vec3& v) {
+    for (int i = 0; i < 3; ++i) out << (i > 0 ? ", \"" : "\"") << v[i] << " m\"";
+  };
+  out << "[[object]]\nname = \"" << name << "\"\nprimitive = \"box\"\nextent = [";
+  lengths(extent);
+  out << "]\nposition = [";
+  lengths(place);
+  out << "]\n";
+}
 
 /// The end of a file, for an error message; the file is deleted with its folder.
 std::string last_lines(const std::string& path) {
@@ -155,6 +182,12 @@ std::vector<ForceRules> TortureSession::rules() const {
   // the block lies up to so deep in the ground: sim lets contacts of 10 µm be [m]
   constexpr double kRests = 20e-6;
   if (options_.bodies) force.step += force.stiffness * kRests;
+  if (holds_) {
+    force.weight = kBlock * kGravity;
+    force.sway = kSway;
+    force.pressing = 0;
+    force.in_a_row = kCalm;
+  }
   if (!options_.six) return {force};
   force.arm = &six_motors_arm();
   constexpr double kMostTilt = 0.1;  // [rad]
@@ -190,24 +223,28 @@ void TortureSession::write_tool(std::ostream& out) const {
 
 /// The block, whose top is where the tool's middle, which is the handle, has half a cube below it.
 void TortureSession::write_objects(std::ostream& out) const {
+  if (options_.bodies) return write_bodies(out);
   const double top = options_.six ? -kHalfCube : 0;  // [m]
-  const auto box = [&](const char* name, const char* extent, const std::string& position) {
-    out << "[[object]]\nname = \"" << name << "\"\nprimitive = \"box\"\nextent = [" << extent
-        << "]\nposition = [" << position << "]\n";
-  };
-  const auto at = [&](const char* x, double z) {
-    return '"' + std::string(x) + "\", \"0 mm\", \"" + std::to_string(z) + " m\"";
-  };
-  const char* const block = "\"200 mm\", \"200 mm\", \"40 mm\"";
-  box("block", block, at("0 mm", top - 0.02));
-  if (!options_.bodies) return;
-  // so heavy and rough that planes which are out of place, 5 N to any side, do not move it
-  const char* const rough = "[object.material]\nfriction_static = 0.8\nfriction_dynamic = 0.8\n";
-  out << rough << "[object.body]\nmass = \"4 kg\"\n";
-  box("weight", "\"30 mm\", \"30 mm\", \"30 mm\"", at("150 mm", top + 0.1));
-  out << "[object.body]\nmass = \"50 g\"\nrestitution = 0.5\n";
-  box("ground", "\"600 mm\", \"600 mm\", \"40 mm\"", at("0 mm", top - 0.06));
-  out << rough << "[sim]\ngravity = [\"0 m/s²\", \"0 m/s²\", \"-9.81 m/s²\"]\n";
+  write_box(out, "block", {0.2, 0.2, 0.04}, {0, 0, top - 0.02});
+}
+
+/// A block with mass on the ground, whose top is where the handle is, between four walls. It is
+/// what a hand presses as it would a fixed one, and takes.
+void TortureSession::write_bodies(std::ostream& out) const {
+  constexpr double kBottom = -2 * kHalfBlock, kMiddle = kHalfBlock + kPocket + kHalfWall;
+  write_box(out, "block", {2 * kHalfBlock, 2 * kHalfBlock, 2 * kHalfBlock}, {0, 0, -kHalfBlock});
+  out << "[object.material]\nfriction_static = 0.0\nfriction_dynamic = 0.0\n"
+      << "[object.body]\nmass = \"" << kBlock << " kg\"\n";
+  write_box(out, "ground", {0.2, 0.2, 0.04}, {0, 0, kBottom - 0.02});
+  const double z = kBottom + kPocketDepth / 2;
+  for (const double side : {-1.0, 1.0}) {
+    const std::string name = side < 0 ? "one" : "other";
+    const Vec3 across{2 * kHalfWall, 4 * kMiddle, kPocketDepth};
+    write_box(out, "wall to the " + name + " side of x", across, {side * kMiddle, 0, z});
+    write_box(out, "wall to the " + name + " side of y",
+              {2 * (kHalfBlock + kPocket), 2 * kHalfWall, kPocketDepth}, {0, side * kMiddle, z});
+  }
+  out << "[sim]\ngravity = [\"0 m/s²\", \"0 m/s²\", \"" << -kGravity << " m/s²\"]\n";
 }
 
 std::string TortureSession::write_config() const {
@@ -218,6 +255,7 @@ std::string TortureSession::write_config() const {
       << "\"\nrealtime = " << (options_.realtime ? "true" : "false");
   if (options_.six) out << "\nrenderer = \"god-object6\"";
   out << '\n';
+  if (options_.bodies) out << "[map]\ngrasp_button = 0\n";
   write_tool(out);
   out << "max_force = \"5 N\"\nmax_damping = \"" << r.max_damping
       << " N·s/m\"\n[device.serial]\npath = \"" << options_.folder
@@ -235,6 +273,7 @@ std::string TortureSession::write_config() const {
 
 void TortureSession::start_emulator() {
   std::vector<std::string> words = kPressingHand;
+  if (options_.bodies) words.insert(words.end(), kTakingHand.begin(), kTakingHand.end());
   if (options_.six) words.insert(words.end(), kTwistingHand.begin(), kTwistingHand.end());
   words.insert(words.end(),
                {"--link", options_.folder + "/device", "--log", options_.folder + "/received.csv"});
@@ -366,6 +405,26 @@ std::optional<int64_t> TortureSession::wait_whole(int64_t from_ns, int64_t patie
       },
       patience_ns);
   return whole_ns;
+}
+
+bool TortureSession::take(int64_t patience_ns) {
+  holds_ = true;
+  ask("set damping " + std::to_string(kHoldDamping) + " N·s/m");
+  // a hand that swings may not touch the block when it presses the button
+  for (const int64_t give_up_ns = now_ns() + patience_ns; now_ns() < give_up_ns;) {
+    send_order(emulator_->pid(), static_cast<int>(EmulatorFault::kGrasp));
+    pause(kReachNs);
+    if (wait_whole(now_ns(), kTakenNs)) return true;
+  }
+  return false;
+}
+
+bool TortureSession::let_go(int64_t patience_ns) {
+  holds_ = false;
+  ask("set damping 0 N·s/m");
+  send_order(emulator_->pid(), static_cast<int>(EmulatorFault::kLetGo));
+  pause(kReachNs);
+  return wait_whole(now_ns(), patience_ns).has_value();
 }
 
 std::span<const EmulatorRecord> TortureSession::records_since(int64_t t_ns) const {

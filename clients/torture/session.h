@@ -25,7 +25,7 @@ struct TortureOptions {
   std::string recording;  // name of the recordings without .mcap; empty: none
   bool realtime = true;   // ask for real-time priorities
   bool six = false;       // a device with six motors, whose hand also feels torque
-  bool bodies = false;    // the block has mass and lies on the ground, and other things beside it
+  bool bodies = false;    // the block has mass and lies on the ground; at times the hand holds it
 };
 
 /// A frame of the servo as seen by this program. Its time stamp is that of its tick; a stalled
@@ -61,6 +61,14 @@ class TortureSession {
   /// The rules for its forces, and for its torques where it has any.
   std::vector<ForceRules> rules() const;
   bool is_of_six() const { return options_.six; }
+  bool has_bodies() const { return options_.bodies; }
+  bool holds() const { return holds_; }
+
+  /// The hand takes the block, lifts it and rests; false if it does not hang there after
+  /// patience_ns. Also where it held it before.
+  bool take(int64_t patience_ns);
+  /// The hand lets go of the block and presses it again.
+  bool let_go(int64_t patience_ns);
 
   /// Starts all processes. Throws std::runtime_error with one line.
   explicit TortureSession(const TortureOptions& options);
@@ -141,12 +149,14 @@ class TortureSession {
   std::string write_config() const;
   void write_tool(std::ostream& out) const;
   void write_objects(std::ostream& out) const;
+  void write_bodies(std::ostream& out) const;
   void start_emulator();
   void start_hapticd();
   void end_part();
 
   TortureOptions options_;
   std::string name_ = "torture";
+  bool holds_ = false;
   std::string programs_;
   Variable runtime_dir_, libexec_;
   StallWitness witness_, normal_witness_;

@@ -20,6 +20,8 @@ enum class EmulatorFault : int {
   kTurnJumpOnce = 8,  // one answer is off by kTurnJumpCounts, of a device with six motors
   kTurnJump = 9,      // every answer is, until the next order
   kTurnNoise = 10,    // kNoiseCounts of noise on the last encoder of six: 11 mrad
+  kGrasp = 11,        // no fault: the hand takes what lies below it (--grasp)
+  kLetGo = 12,        // it lets go of that and goes back to its strokes
 };
 
 /// [answers], one second at 1 kHz

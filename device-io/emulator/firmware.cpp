@@ -51,6 +51,10 @@ void EmulatedDevice::disturb(const MotorCounts& off_by, uint64_t answers) {
   disturbed_answers_ = answers;
 }
 
+void EmulatedDevice::lead(const std::optional<Vec3>& place_B) {
+  lead_plant(intention_, plant_, place_B ? std::optional(Pose{*place_B, {}}) : std::nullopt);
+}
+
 /// The arm follows its handle; it keeps its angles if the plant leaves its reach.
 void EmulatedDevice::solve() {
   options_.arm->solve({plant_.p_B, plant_.q_B}, joint_angles_);
@@ -124,7 +128,8 @@ void EmulatedDevice::put(const EncoderReply& reply) {
 
 /// Answers, truthfully or with the ordered fault. counts_ then holds what was sent last.
 void EmulatedDevice::say(int error) {
-  const EncoderReply honest{options_.arm->model, counts_, error};
+  const auto buttons = static_cast<int32_t>(buttons_ << kFirstButton);
+  const EncoderReply honest{options_.arm->model + buttons, counts_, error};
   // the oldest entry is where the newest will be stored
   EncoderReply& kept = said_[n_said_ % said_.size()];
   const EncoderReply old = n_said_ < said_.size() ? said_.front() : kept;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <span>
 #include <string_view>
@@ -74,6 +75,11 @@ class EmulatedDevice {
   /// Fault: answers in this way from the next line on, until kHealthy.
   void lie(EmulatorFault how) { lie_ = how; }
 
+  /// The hand presses these buttons from now on, one bit each.
+  void press(uint32_t buttons) { buttons_ = buttons; }
+  /// The hand goes to that place of B by itself; none: back to its intention (lead_plant).
+  void lead(const std::optional<Vec3>& place_B);
+
   std::string_view answer() const { return {answer_.data(), answer_size_}; }
   const EmulatorRecord& record() const { return record_; }
   const HandPlant& plant() const { return plant_; }
@@ -107,6 +113,7 @@ class EmulatedDevice {
   std::array<EncoderReply, kLateAnswers> said_{};  // last answers, sent or withheld
   uint64_t n_said_ = 0;
   EncoderReply frozen_{};  // the last valid one
+  uint32_t buttons_ = 0;
   std::minstd_rand noise_;
   bool calibrated_;
   uint64_t questions_ = 0;  // while not calibrated

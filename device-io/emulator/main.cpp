@@ -30,6 +30,7 @@
 #include "proto/config/command_line.h"
 #include "proto/config/quantity.h"
 #include "proto/ipc/process.h"
+#include "proto/math/units.h"
 #include "proto/os/message.h"
 #include "proto/os/queued_order.h"
 #include "proto/os/realtime.h"
@@ -37,9 +38,10 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kTurnNs = 250'000;  // of the firmware's loop: two microframes of USB
-constexpr int kFifoPriority = 70;     // below the servo it tests
-constexpr int kLinePriority = 65;     // below both ends of the line
+constexpr int64_t kTurnNs = 250'000;     // of the firmware's loop: two microframes of USB
+constexpr int kFifoPriority = 70;        // below the servo it tests
+constexpr int kLinePriority = 65;        // below both ends of the line
+constexpr int64_t kReachNs = 250 * kMs;  // until a hand that is led is there, by 1 %
 
 struct Options {
   std::string link, log, hand = "typical";
@@ -54,6 +56,7 @@ struct Options {
   uint64_t seed = 1;
   bool realtime = false;
   bool six = false, polhem = false;
+  std::vector<double> grasp;  // heights at which the hand takes a thing, and holds it [m]
 };
 
 std::vector<std::string> hand_names() {
@@ -189,8 +192,37 @@ class Link {
   std::string path_;
 };
 
+/// What the hand does with a thing that lies below it: it reaches down, presses its button and
+/// lifts it, or lets go of it.
+class GraspingHand {
+ public:
+  explicit GraspingHand(const std::vector<double>& heights) : heights_(heights) {}
+
+  void take(EmulatedDevice& device, int64_t t_ns) {
+    if (heights_.empty()) return;
+    device.press(0);
+    device.lead(Vec3{0, 0, heights_[0]});
+    there_ns_ = t_ns + kReachNs;
+  }
+  void let_go(EmulatedDevice& device) {
+    device.press(0);
+    device.lead({});
+    there_ns_.reset();
+  }
+  void follow(EmulatedDevice& device, int64_t t_ns) {
+    if (!there_ns_ || t_ns < *there_ns_) return;
+    device.press(1);
+    device.lead(Vec3{0, 0, heights_[1]});
+    there_ns_.reset();
+  }
+
+ private:
+  std::vector<double> heights_;
+  std::optional<int64_t> there_ns_;  // when it will have reached the thing
+};
+
 /// Carries out orders of a test.
-void obey_orders(EmulatedDevice& device) {
+void obey_orders(EmulatedDevice& device, GraspingHand& hand) {
   const auto order = static_cast<EmulatorFault>(take_order());
   switch (order) {
     case EmulatorFault::kJumpOnce:
@@ -210,15 +242,20 @@ void obey_orders(EmulatedDevice& device) {
     case EmulatorFault::kNoise:
     case EmulatorFault::kTurnNoise:
       return device.lie(order);
+    case EmulatorFault::kGrasp:
+      return hand.take(device, now_ns());
+    case EmulatorFault::kLetGo:
+      return hand.let_go(device);
   }
 }
 
-void serve(EmulatedDevice& device, const Pty& pty, EmulatorLog& log) {
+void serve(EmulatedDevice& device, GraspingHand hand, const Pty& pty, EmulatorLog& log) {
   std::array<char, 1024> bytes;
   DeadlineClock clock(kTurnNs);
   while (!stop_requested()) {
     clock.wait();
-    obey_orders(device);
+    obey_orders(device, hand);
+    hand.follow(device, now_ns());
     const ssize_t n = read(pty.master.get(), bytes.data(), bytes.size());
     if (n > 0) device.receive({bytes.data(), static_cast<size_t>(n)});
     if (device.turn(now_ns())) log.add(device.record());
@@ -245,7 +282,7 @@ int run(const Options& options) {
   if (options.realtime) line_workers.emplace(kLinePriority);
   if (options.realtime) enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = true});
   EmulatedDevice device(device_parameters, now_ns());
-  serve(device, pty, log);
+  serve(device, GraspingHand(options.grasp), pty, log);
   const EmulatorLog::Outcome outcome = log.finish();
   const EmulatorRecord& last = device.record();
   std::printf("haptic-emulator: %llu commands, %llu dropped, watchdog %llu times, %llu records\n",
@@ -302,6 +339,9 @@ int main(int argc, char** argv) try {
   length("--tremor", options.tremor, "amplitude");
   line.quantity("--button-after", options.button, Dimension::kTime, kDelays,
                 "calibration button; 0 s: is not needed");
+  line.quantities("--grasp LOW HIGH", options.grasp, Dimension::kLength, haptic::kAny,
+                  "heights at which the hand takes and holds a thing, when a test orders it")
+      .expected(2);
   line.flag("--realtime", options.realtime, "real-time priority, where the kernel grants it");
   line.example("haptic-emulator --link /tmp/woodenhaptics --log received.csv");
   line.example("haptic-emulator --six --link /tmp/six --turn-angle \"20 deg\"");

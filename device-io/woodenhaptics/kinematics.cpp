@@ -128,6 +128,7 @@ const Arm& woodenhaptics_arm() {
       .model = 3,
       .motors = 3,
       .encoders = 3,
+      .buttons = 1,
       .max_force = 5,
       .max_torque = 0,
       .most_acceleration = {kTipAcceleration, kTipAcceleration, kTipAcceleration},

@@ -59,12 +59,13 @@ struct EncoderReply {
 };
 
 /// The two halves of an answer's first number.
+inline constexpr int32_t kFirstButton = 8;  // bit at which the buttons begin
 constexpr int32_t model_of(const EncoderReply& reply) {
   return reply.model & 0xff;
 }
 /// One bit a button.
 constexpr uint32_t buttons_of(const EncoderReply& reply) {
-  return static_cast<uint32_t>(reply.model) >> 8;
+  return static_cast<uint32_t>(reply.model) >> kFirstButton;
 }
 
 /// Finds answers in a byte stream, however it is split. Anything else (noise, torn or overlong

@@ -4,6 +4,7 @@
 #include "servo/render/grasped.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "proto/math/assert.h"
 #include "proto/wire/renderer.h"
@@ -16,9 +17,14 @@ namespace {
 constexpr double kLeastSpring = 1e-6;  // that a metric can be made of [N/m]
 constexpr double kLeastTurn = 1e-3;    // of k_T radius², the same of rotation
 constexpr double kPointRadius = 0.01;  // stands for that of a tool that is a point [m]
-// a body that has been left behind comes after as a slow hand moves
-constexpr double kTakeUp = 0.05;        // [m/s]
-constexpr double kTakeUpTurning = 0.5;  // [rad/s]
+
+/// How a body that has been left behind comes after: as a slow hand moves, and so gently that a
+/// hand at rest feels no more of its start and stop than m · rise, 50 mN of 100 g.
+struct TakeUp {
+  double speed, rise;
+};
+constexpr TakeUp kTakeUp{0.05, 0.5};        // [m/s], [m/s²]
+constexpr TakeUp kTakeUpTurning{0.5, 5.0};  // [rad/s], [rad/s²]
 
 bool is_body(const RenderQuestion& question) {
   return is_of_body(static_cast<Renderer>(question.contacts.renderer));
@@ -64,20 +70,27 @@ Vec3 shortened(const Vec3& v, double by) {
   return length > by ? (1 - by / length) * v : Vec3{};
 }
 
-/// The spring's way, without the slip. It gives way where the body stands and the spring would pull
-/// harder than before, and is taken up where the body moves.
-Twist spring_way(const ServoModel& model, const Hold& hold, const Coupling& c, bool stands,
+/// The slip a tick later; its speed rises and falls by as much as that, to end at rest.
+Vec3 taken_up(const Vec3& slip, const TakeUp& how, double dt, double& speed) {
+  speed = std::min({speed + how.rise * dt, how.speed, std::sqrt(2 * how.rise * norm(slip))});
+  return shortened(slip, speed * dt);
+}
+
+/// The spring's way, without the slip. It gives way where sim or contact stand still and the spring
+/// would pull harder than before, and is taken up where they go on.
+Twist spring_way(const ServoModel& model, const Hold& hold, const Coupling& c, bool gives_way,
                  GraspState& state) {
   const Twist whole = way_between(hold.X_WT, hold.X_WP);
-  if (!stands) {
-    state.slip = {shortened(state.slip.v, model.dt * kTakeUp),
-                  shortened(state.slip.w, model.dt * kTakeUpTurning)};
+  if (!gives_way) {
+    state.slip = {taken_up(state.slip.v, kTakeUp, model.dt, state.speed),
+                  taken_up(state.slip.w, kTakeUpTurning, model.dt, state.spin)};
     return whole - state.slip;
   }
+  state.speed = state.spin = 0;
   Twist way = whole - state.slip;
   const auto give_way = [&](Vec3& part, double stiffness, double most) {
-    if (norm(part) * hold.share * stiffness <= most) return;
-    part = most / (norm(part) * hold.share * stiffness) * part;
+    const double pull = norm(part) * state.strength * stiffness;
+    if (pull > most) part = most / pull * part;
   };
   give_way(way.v, c.translational_stiffness, state.force);
   give_way(way.w, c.rotational_stiffness, state.torque);
@@ -86,9 +99,9 @@ Twist spring_way(const ServoModel& model, const Hold& hold, const Coupling& c, b
 }
 
 Wrench wrench_of(const ServoModel& model, const Hold& hold, const RenderQuestion& question,
-                 bool stands, GraspState& state) {
+                 bool gives_way, GraspState& state) {
   const Coupling& c = question.coupling;
-  const Twist way = spring_way(model, hold, c, stands, state);
+  const Twist way = spring_way(model, hold, c, gives_way, state);
   const Twist V = hold.V_WP - hold.V_WT;
   const VirtualCoupling& bounds = model.body.coupling;
   const double scale = model.map.force_scale;
@@ -99,7 +112,7 @@ Wrench wrench_of(const ServoModel& model, const Hold& hold, const RenderQuestion
     F.t = bounded(hold.share * (c.rotational_stiffness * way.w + c.rotational_damping * V.w),
                   bound_of(model.limits.max_torque, scale, bounds.max_torque));
   }
-  if (stands)
+  if (gives_way)
     return {shortened(F.f, std::max(norm(F.f) - state.force, 0.0)),
             shortened(F.t, std::max(norm(F.t) - state.torque, 0.0))};
   state.force = norm(F.f);
@@ -133,7 +146,7 @@ Hold hold_of(const ServoModel& model, GraspState& state, const RenderQuestion& q
   hold.V_WP = {velocity_at(V_WO, hold.X_WP.p - X_WO.p), V_WO.w};
   // a point has no orientation of its own
   if (!is_body(question)) hold.V_WP.w = question.V_WT.w;
-  hold.F_W = wrench_of(model, hold, question, body.stands, state);
+  hold.F_W = wrench_of(model, hold, question, body.stands || scene.weight < 1, state);
   return hold;
 }
 

@@ -12,7 +12,8 @@ struct GraspState {
   Pose X_WT;                      // the drawn tool of the last tick
   Pose X_OP;                      // where it was held in the last tick
   Twist slip;  // by which the hold has given way: its springs are so much shorter [m], [rad]
-  double force = 0, torque = 0;  // of the hold when sim last moved the body [N], [N·m]
+  double speed = 0, spin = 0;    // at which that is taken up [m/s], [rad/s]
+  double force = 0, torque = 0;  // of the hold when nothing stood still last [N], [N·m]
 };
 
 /// What holds the tool in this tick.
@@ -38,9 +39,10 @@ struct HeldBody {
 ///   F = s w [ K (X_P − X_T − slip) + B (V_P − V_T) ],
 /// which pulls as well as pushes, no harder than the device can (safety's limit). The strength s
 /// grows from 0 to 1 within kGraspTime (proto/wire/guide.h) from the first tick on; w is the weight
-/// that the contacts' age leaves. While the body stands, since no sim moves it, the hold pulls as
-/// hard as it did and no harder: what the hand moves beyond that is slip, or the spring would store
-/// it and throw the body when sim is back. After that the slip is taken up at kTakeUp.
+/// that the contacts' age leaves. While the body stands, since no sim moves it, and while contacts
+/// fade or come back, the hold pulls as hard as it did and no harder: what hand and body move
+/// beyond that is slip, or the spring would store it and throw the body afterwards. Then the slip
+/// is taken up, at most at 50 mm/s.
 Hold hold_of(const ServoModel& model, GraspState& state, const RenderQuestion& question,
              const HeldBody& body);
 

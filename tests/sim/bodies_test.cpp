@@ -230,6 +230,15 @@ TEST_CASE("bodies: a restarted sim goes on where readers have carried the body",
   // forgotten, counted, and not given later
   CHECK_THAT(next.responses[0].seen[0].forgotten_W, IsNear({2e-3, 0, 0}, 1e-15));
   CHECK(next.responses[0].seen[0].impulse_W == hand.object_impulse_W[0]);
+  // it stands until the hand knows of it, and what is pushed until then is forgotten as well
+  hand.t_ns += 1'000'000;
+  hand.object_impulse_W[0].f.x += 1e-3;
+  const SceneFrame waiting = sim_step(first.model, second, {&hand}, hand.t_ns);
+  CHECK(waiting.X_WO[0] == next.X_WO[0]);
+  CHECK(waiting.V_WO[0] == next.V_WO[0]);
+  CHECK_THAT(waiting.responses[0].seen[0].forgotten_W, IsNear({3e-3, 0, 0}, 1e-15));
+  hand.scene_seq = next.seq;
+  hand.object_impulse_time_W[0] = hand.object_impulse_time_W[0] + 1e-3 * hand.object_impulse_W[0];
   const SceneFrame after = sim_step(first.model, second, {&hand}, hand.t_ns + 1'000'000);
   CHECK_THAT(after.V_WO[0].v, IsNear(last.V_WO[0].v + Vec3{0, 0, -1e-3 * kGravity}, 1e-12));
 }

@@ -61,6 +61,41 @@ HandModel unstoppable_hand() {
   return model;
 }
 
+constexpr double kHanging = 0.1;  // mass of a body that hangs from the hand [kg]
+
+/// It lies on what is behind it until it is taken.
+PushedSession hanging_session() {
+  PushedSession session(kHanging, 800);
+  session.config.map.grasp_button = 0;
+  session.config.gravity_W = {kGravity, 0, 0};
+  session.add_box({kBoxEdge, 0.1, 0.1}, {0.03 + kBoxEdge, 0, 0}, 0);
+  return session;
+}
+
+/// The hand takes it so far [mm] off, and waits until it hangs still.
+void hang_still(Pushed& pushed, double damping, int lift = 20) {
+  Lockstep& lockstep = pushed.lockstep;
+  felt(lockstep, 300);
+  pushed.hand.move_at(-0.02);
+  felt(lockstep, 50 * lift);
+  pushed.hand.move_at(0);
+  // what it swings by has no damper but this
+  lockstep.control().translational_damping = 5;
+  felt(lockstep, 1500);
+  lockstep.control().translational_damping = damping;
+  felt(lockstep, 500);
+}
+
+/// The most that the force differs from `before` in so many ticks.
+double most_change(Lockstep& lockstep, double before, int n_ticks) {
+  double most = 0;
+  for (int k = 0; k < n_ticks; ++k) {
+    REQUIRE(lockstep.step());
+    most = std::max(most, std::fabs(lockstep.frame().F_coupling_W.f.x - before));
+  }
+  return most;
+}
+
 }  // namespace
 
 TEST_CASE("grasp: a tool with six degrees of freedom carries a body, and turns it if it feels that",
@@ -130,44 +165,68 @@ TEST_CASE("grasp: a tool with six degrees of freedom carries a body, and turns i
 }
 
 TEST_CASE("grasp: a resting hand does not notice that sim stands still or dies", "[grasp]") {
-  constexpr double kMass = 0.1, kStiffness = 800;
   const int outage = GENERATE(5, 25, 35, 45, 65, 200);  // [ms]
   const bool is_killed = GENERATE(false, true);
   const double damping = GENERATE(0.0, 2.0);
   CAPTURE(outage, is_killed, damping);
-  // it lies on what is behind it until it is taken
-  PushedSession session(kMass, kStiffness);
-  session.config.map.grasp_button = 0;
-  session.config.coupling.translational_damping = damping;
-  session.config.gravity_W = {kGravity, 0, 0};
-  session.add_box({kBoxEdge, 0.1, 0.1}, {0.03 + kBoxEdge, 0, 0}, 0);
-  Pushed pushed(session, unstoppable_hand());
+  Pushed pushed(hanging_session(), unstoppable_hand());
   Lockstep& lockstep = pushed.lockstep;
-  felt(lockstep, 300);
-  pushed.hand.move_at(-0.02);
-  felt(lockstep, 1000);
-  pushed.hand.move_at(0);
-  // until it hangs still: what it swings by has no damper but this
-  session.config.coupling.translational_damping = 5;
-  lockstep.control().translational_damping = 5;
-  felt(lockstep, 1500);
-  lockstep.control().translational_damping = damping;
-  felt(lockstep, 500);
+  hang_still(pushed, damping);
   const double before = lockstep.frame().F_coupling_W.f.x;
-  CHECK(before == Approx(kMass * kGravity).epsilon(0.01));
+  CHECK(before == Approx(kHanging * kGravity).epsilon(0.01));
   is_killed ? lockstep.kill_sim() : lockstep.stop_sim();
-  double most = 0;
-  const auto watch = [&](int n_ticks) {
-    for (int k = 0; k < n_ticks; ++k) {
-      REQUIRE(lockstep.step());
-      most = std::max(most, std::fabs(lockstep.frame().F_coupling_W.f.x - before));
-    }
-  };
-  watch(outage);
+  double most = most_change(lockstep, before, outage);
   is_killed ? lockstep.restart_sim() : lockstep.continue_sim();
-  watch(1500);
+  most = std::max(most, most_change(lockstep, before, 1500));
   CAPTURE(before, most);
   CHECK(most <= 0.2);
+}
+
+TEST_CASE("grasp: a resting hand does not notice that a new sim's segment is mapped late",
+          "[grasp]") {
+  const uint64_t ticks = GENERATE(5u, 15u, 40u);
+  CAPTURE(ticks);
+  Pushed pushed(hanging_session(), unstoppable_hand());
+  Lockstep& lockstep = pushed.lockstep;
+  hang_still(pushed, 2);
+  const double before = lockstep.frame().F_coupling_W.f.x;
+  lockstep.kill_sim();
+  felt(lockstep, 40);
+  lockstep.restart_sim(ticks);
+  CHECK(most_change(lockstep, before, 1500) <= 0.1);
+}
+
+TEST_CASE("grasp: a resting hand does not notice that the servo misses ticks", "[grasp]") {
+  const int missed = GENERATE(1, 4, 9);
+  CAPTURE(missed);
+  Pushed pushed(hanging_session(), unstoppable_hand());
+  Lockstep& lockstep = pushed.lockstep;
+  hang_still(pushed, 2);
+  const double before = lockstep.frame().F_coupling_W.f.x;
+  for (int k = 0; k < missed; ++k) lockstep.miss_tick();
+  CHECK(most_change(lockstep, before, 1500) <= 0.01);
+}
+
+TEST_CASE("grasp: a body that falls while contact stands still is pulled no harder than before",
+          "[grasp]") {
+  const int outage = GENERATE(60, 100, 150);  // [ms]
+  CAPTURE(outage);
+  Pushed pushed(hanging_session(), unstoppable_hand());
+  Lockstep& lockstep = pushed.lockstep;
+  // it is caught by what it has lain on before it is fast
+  hang_still(pushed, 3, 4);
+  const double before = lockstep.frame().F_coupling_W.f.x;
+  lockstep.stop_contact();
+  felt(lockstep, outage);
+  lockstep.continue_contact();
+  double most = 0;
+  for (int k = 0; k < 1500; ++k) {
+    REQUIRE(lockstep.step());
+    most = std::max(most, lockstep.frame().F_coupling_W.f.x);
+  }
+  CAPTURE(before, most);
+  CHECK(most <= before + 0.2);
+  CHECK(lockstep.frame().F_coupling_W.f.x == Approx(before).margin(0.02));
 }
 
 TEST_CASE("grasp: what the hand pulls while sim is away does not throw the body", "[grasp]") {

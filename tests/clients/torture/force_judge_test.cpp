@@ -118,6 +118,35 @@ TEST_CASE("judge: a wall, a fade and a soft start break nothing, and the zero is
   }
 }
 
+TEST_CASE("judge: a body that hangs from a resting hand may swing, and nothing else") {
+  ForceRules rules = kRules;
+  rules.weight = 0.98;
+  rules.sway = 0.2;
+  rules.pressing = 0;
+  rules.in_a_row = 100;
+  const auto hanging = [](const std::function<double(double)>& force) {
+    return account_at(woodenhaptics_arm(), counts_at(0), [&](double t) {
+      return Wrench{{0, 0, force(t)}, {}};
+    });
+  };
+  const auto swings = [](double t) { return -0.98 + 0.19 * std::sin(0.07 * t); };
+  const JudgedFault nothing = fault(Effect::kNothing, 100, 600);
+  CHECK(judge_force(rules, hanging(swings), nothing).violations.empty());
+  CHECK(whole_again(rules, hanging(swings), kFirstNs + 10 * kMs) == kFirstNs + 10 * kMs);
+  const auto drops = [](double t) { return t < 300 ? -0.98 : -1.25; };
+  CHECK(breaks(judge_force(rules, hanging(drops), nothing), ForceBreach::kChanged));
+  CHECK(breaks(judge_force(rules, hanging(drops), nothing), ForceBreach::kBeyondWall));
+  CHECK(!whole_again(rules, hanging(drops), kFirstNs + 250 * kMs));
+  // a block below the hand pushes it up instead
+  CHECK(breaks(judge_force(rules, hanging([](double) { return 0.98; }), nothing),
+               ForceBreach::kChanged));
+  // it swings after a standstill of the machine
+  JudgedFault stood = nothing;
+  stood.stalls = {{kFirstNs + 280 * kMs, kFirstNs + 300 * kMs}};
+  const auto swung = [&](double t) { return t < 300 || t > 400 ? -0.98 : -1.25; };
+  CHECK(judge_force(rules, hanging(swung), stood).violations.empty());
+}
+
 TEST_CASE("judge: a zero that came before the time of the fault was noted is in time") {
   // the last command at 99 ms; the injector stalls until 130 ms
   Records records = account([](double t) { return t < 99 ? 1.0 : 0.0; });

@@ -39,6 +39,22 @@ std::string tell(EmulatedDevice& device, std::string_view text, int64_t t_ns) {
 
 }  // namespace
 
+TEST_CASE("emulator: a button is told with the model, and a hand that is led goes there",
+          "[device-io]") {
+  EmulatedDevice device(still_hand(), 0);
+  CHECK(tell(device, "[0,0,0]\n", 1 * kMs).starts_with("[3,"));
+  device.press(1);
+  device.lead(Vec3{0, 0, 5e-3});
+  for (int64_t t = 2; t < 2000; ++t) device.turn(t * kMs);
+  CHECK(tell(device, "[0,0,0]\n", 2000 * kMs).starts_with("[259,"));
+  CHECK_THAT(device.plant().p_B, IsNear({0, 0, 5e-3}, 1e-3));
+  device.press(0);
+  device.lead({});
+  for (int64_t t = 2001; t < 4000; ++t) device.turn(t * kMs);
+  CHECK(tell(device, "[0,0,0]\n", 4000 * kMs).starts_with("[3,"));
+  CHECK_THAT(device.plant().p_B, IsNear({}, 1e-3));
+}
+
 TEST_CASE("emulator: the motors are off 100 ms after the last good line, and it is counted",
           "[device-io]") {
   EmulatedDevice device(still_hand(), 0);
