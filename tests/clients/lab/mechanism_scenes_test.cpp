@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The scenes with mechanisms, played in lockstep by the hand of their demo.
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -14,17 +15,21 @@
 #include "contact/bake/session.h"
 #include "device-io/device.h"
 #include "proto/math/units.h"
+#include "tests/sim/energy_judge.h"
 #include "tests/support/data.h"
+#include "tests/support/torture_scale.h"
 
 using namespace haptic;
+using haptic::test::EnergyJudge;
+using haptic::test::JudgedBody;
 
 namespace {
 
 /// A shipped scene with its hand.
 struct Demo {
-  explicit Demo(const std::string& name)
+  explicit Demo(const std::string& name, double sim_rate = 0)
       : config(load_config(test::from_source("configs/" + name + ".toml"))),
-        baked(bake_session(config)),
+        baked(bake_session(at_rate(config, sim_rate))),
         hand(open_device(config.device)),
         lockstep(config, baked.shapes(), *hand) {}
 
@@ -38,6 +43,11 @@ struct Demo {
       if ((lockstep.frame().device.flags & kDeviceEnded) != 0) break;
     }
   }
+  /// The config itself, with another rate of sim; zero: its own.
+  static const SessionConfig& at_rate(SessionConfig& config, double sim_rate) {
+    if (sim_rate > 0) config.sim_rate = sim_rate;
+    return config;
+  }
   const JointState& joint(size_t i) const { return lockstep.scene().joints[i]; }
 
   SessionConfig config;
@@ -46,6 +56,63 @@ struct Demo {
   Lockstep lockstep;
   double most_force = 0;
 };
+
+/// Mass, centre and inertia of a closed mesh of uniform density, by the tetrahedra that its
+/// triangles make with the origin.
+JudgedBody judged_mesh(uint32_t object, const TriangleMesh& mesh, double mass) {
+  double volume = 0;
+  Vec3 moment;
+  std::array<std::array<double, 3>, 3> second{};
+  for (const Triangle& t : mesh.triangles) {
+    const std::array corners{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+    const double v = dot(corners[0], cross(corners[1], corners[2])) / 6;
+    const Vec3 sum = corners[0] + corners[1] + corners[2];
+    volume += v;
+    moment += v / 4 * sum;
+    for (size_t i = 0; i < 3; ++i) {
+      for (size_t k = 0; k < 3; ++k) {
+        const int a = static_cast<int>(i), b = static_cast<int>(k);
+        double products = sum[a] * sum[b];
+        for (const Vec3& c : corners) products += c[a] * c[b];
+        second[i][k] += v / 20 * products;
+      }
+    }
+  }
+  JudgedBody body{object, mass, 1 / volume * moment, {}};
+  const double density = mass / volume;
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t k = 0; k < 3; ++k) {
+      const int a = static_cast<int>(i), b = static_cast<int>(k);
+      second[i][k] = density * second[i][k] - mass * body.centre_O[a] * body.centre_O[b];
+    }
+  }
+  const double trace = second[0][0] + second[1][1] + second[2][2];
+  for (int i = 0; i < 3; ++i) {
+    const auto& row = second[static_cast<size_t>(i)];
+    body.inertia_O.row[i] = trace * Mat3{}.row[i] - Vec3{row[0], row[1], row[2]};
+  }
+  return body;
+}
+
+double volume_of(const TriangleMesh& mesh) {
+  double volume = 0;
+  for (const Triangle& t : mesh.triangles) {
+    volume += dot(mesh.vertices[t[0]], cross(mesh.vertices[t[1]], mesh.vertices[t[2]])) / 6;
+  }
+  return volume;
+}
+
+/// What spring and detents of a joint store at q [J], the detents' table taken as straight lines.
+double stored_in(const JointConfig& joint, double q) {
+  double sum = 0.5 * joint.stiffness * (q - joint.rest) * (q - joint.rest);
+  for (uint32_t i = 0; i + 1 < joint.n_detents; ++i) {
+    const auto& [q0, f0] = joint.detents[i];
+    const auto& [q1, f1] = joint.detents[i + 1];
+    const double end = std::clamp(q, q0, q1), s = (end - q0) / (q1 - q0);
+    sum -= (end - q0) * (f0 + 0.5 * s * (f1 - f0));
+  }
+  return sum;
+}
 
 /// How far the pin of gearshift lies outside of neutral, 1.5 mm to either side of it, and of both
 /// lanes, 0.5 mm [m].
@@ -189,4 +256,52 @@ TEST_CASE("bodies: a ring falls over a post, since it collides as its convex pie
   for (int64_t k = 0; k <= 400; ++k) scene = sim_step(model, state, 1'000'000'000 + k * 1'000'000);
   // without them it is its hull, and lies on the post
   CHECK(scene.X_WO[2].p.z == Approx(has_pieces ? 5e-3 : 45e-3).margin(0.2e-3));
+}
+
+TEST_CASE("scenes with bodies: they have no more energy than the hand gives them",
+          "[mechanisms][energy]") {
+  const std::string name = GENERATE("carry", "door", "gear-pair", "gearshift", "heap");
+  const double rate = GENERATE(200.0, 1000.0);
+  Demo demo(name, rate);
+  const ContactShapes shapes = demo.baked.shapes();
+  std::vector<JudgedBody> bodies;
+  for (uint32_t i = 0; i < demo.config.n_objects; ++i) {
+    const BodyConfig& body = demo.config.objects[i].body;
+    const TriangleMesh& mesh = shapes.objects[i].mesh;
+    const double mass = body.mass > 0 ? body.mass : body.density * volume_of(mesh);
+    if (mass > 0) bodies.push_back(judged_mesh(i, mesh, mass));
+  }
+  EnergyJudge judge(bodies, demo.config.gravity_W, rate);
+  judge.add_store([&](const SceneFrame& frame) {
+    double sum = 0;
+    for (uint32_t j = 0; j < demo.config.n_joints; ++j) {
+      sum += stored_in(demo.config.joints[j], frame.joints[j].position);
+    }
+    return sum;
+  });
+  // what sim has taken of the hand's impulses as a mean force, along the way of the poses
+  double given = 0;
+  SceneFrame last{};
+  const auto look = [&] {
+    const SceneFrame& scene = demo.lockstep.scene();
+    if (scene.seq == last.seq) return;
+    if (last.seq == 0) {
+      judge.begin(scene);
+      last = scene;
+      return;
+    }
+    const double dt = 1e-9 * static_cast<double>(scene.t_ns - last.t_ns);
+    for (const JudgedBody& body : bodies) {
+      const uint32_t i = body.object;
+      const Wrench J = scene.responses[i].seen[0].impulse_W + -last.responses[i].seen[0].impulse_W;
+      const Twist way = way_between(last.X_WO[i], scene.X_WO[i]);
+      given += 1 / dt * (dot(J.f, way.v) + dot(J.t, way.w));
+    }
+    judge.add(scene, given);
+    last = scene;
+  };
+  demo.play(static_cast<double>(test::sweep(60)), look);
+  CAPTURE(name, rate, judge.excess(), judge.largest_kinetic(), given, judge.start(),
+          judge.last_mean());
+  CHECK(judge.excess() <= 1e-12);
 }
