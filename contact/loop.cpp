@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "contact/bake/cache.h"
 #include "contact/bake/eye_files.h"
 #include "contact/bake/session.h"
 #include "contact/step.h"
@@ -30,6 +31,7 @@ BakedSession bake_told(const SessionConfig& config) {
   BakeTold told;
   told.begin = [](const std::string& mesh) { say(std::string(kPreparing) + mesh); };
   told.finding = say;
+  bake_apart();
   return bake_session(config, told);
 }
 
@@ -96,7 +98,6 @@ int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
   const ContactModel model = build_contact_model(child.config(), baked.shapes());
   auto state = std::make_unique<ContactState>(model);
   std::vector<SealedEye> eyes = make_eye_files(child.config(), baked, say);
-  give_back_memory();
   child.attach();
   if (arguments.spare_fd >= 0) {
     warm_up(model, *state, hand);

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "contact/bake/cache.h"
 #include "contact/bake/session.h"
 #include "proto/ipc/process.h"
 #include "sim/step.h"
@@ -58,6 +59,7 @@ BakedBodies bake_where_needed(const SessionConfig& config) {
   const auto objects = std::span(config.objects).first(config.n_objects);
   BakedBodies baked;
   if (std::ranges::none_of(objects, [](const auto& o) { return has_mass(o.body); })) return baked;
+  bake_apart();
   for (const ObjectConfig& object : objects) {
     baked.objects.push_back(bake_object(object, config.mesh_memory_limit));
   }
@@ -77,7 +79,6 @@ int run(const ChildArguments& arguments) {
   for (const BakedPieces& object : baked.pieces) pieces.push_back(object.tree);
   const SimModel model = build_sim(child.config(), shapes, pieces);
   const auto state = std::make_unique<SimState>();
-  give_back_memory();
   child.attach();
   const bool moves_bodies = !model.bodies.with_mass.empty();
   child.enter_realtime(

@@ -5,8 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <boost/interprocess/file_mapping.hpp>
-#include <boost/interprocess/mapped_region.hpp>
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -26,7 +25,6 @@ namespace haptic {
 namespace {
 
 namespace fs = std::filesystem;
-namespace ipc = boost::interprocess;
 
 }  // namespace
 
@@ -53,18 +51,6 @@ std::string cache_path(uint64_t key) {
 
 namespace {
 
-/// Maps the open file itself, even if its name now refers to another one.
-MappedFile map_descriptor(const FileDescriptor& descriptor) {
-  try {
-    const std::string path = "/proc/self/fd/" + std::to_string(descriptor.get());
-    const ipc::file_mapping file(path.c_str(), ipc::read_only);
-    const auto region = std::make_shared<ipc::mapped_region>(file, ipc::read_only);
-    return {{static_cast<const std::byte*>(region->get_address()), region->get_size()}, region};
-  } catch (const ipc::interprocess_exception& refused) {
-    throw std::runtime_error(refused.what());
-  }
-}
-
 /// Why a file or folder is not trusted; empty: it is.
 std::string distrust(const struct stat& status) {
   if (status.st_uid != geteuid() && status.st_uid != 0) {
@@ -85,12 +71,6 @@ std::string distrust_folder(const std::string& folder) {
 }
 
 }  // namespace
-
-MappedFile map_file(const std::string& path) {
-  const RegularFile file = open_regular_file(path);
-  if (!file.problem.empty()) throw std::runtime_error(file.problem);
-  return file.size == 0 ? MappedFile{} : map_descriptor(file.descriptor);
-}
 
 MappedFile map_cached(const std::string& path) {
   const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
@@ -121,8 +101,32 @@ std::string write_atomically(const std::string& path, std::span<const std::byte>
   return reason;
 }
 
+namespace {
+
+std::atomic<bool> makes_apart{false};
+
+/// Puts the bytes into the cache and maps them there, where every process shares them. Where the
+/// cache refuses them, they are returned as they are, and `use` says so.
+MappedFile keep_cached(const std::string& path, const MappedFile& made, CacheUse& use) {
+  std::string refused = write_atomically(path, made.bytes);
+  try {
+    if (refused.empty()) return map_cached(path);
+  } catch (const std::runtime_error& error) {
+    refused = error.what();
+  }
+  use.lines.push_back("cache folder " + cache_folder() + " cannot be written (" + refused +
+                      "): baked at every start; set HAPTICD_CACHE");
+  return made;
+}
+
+}  // namespace
+
+void bake_apart() noexcept {
+  makes_apart.store(true);
+}
+
 CacheUse use_cached(uint64_t key, const std::function<void(const MappedFile&)>& take,
-                    const std::function<std::vector<std::byte>()>& make) {
+                    const ByteMaker& make) {
   const std::string path = cache_path(key);
   CacheUse use;
   if (std::error_code error; fs::exists(path, error)) {
@@ -135,13 +139,9 @@ CacheUse use_cached(uint64_t key, const std::function<void(const MappedFile&)>& 
     }
   }
   const int64_t start_ns = now_ns();
-  const auto bytes = std::make_shared<std::vector<std::byte>>(make());
+  const MappedFile made = makes_apart.load() ? make_apart(make) : make_here(make);
   use.make_time = 1e-9 * static_cast<double>(now_ns() - start_ns);
-  if (const std::string refused = write_atomically(path, *bytes); !refused.empty()) {
-    use.lines.push_back("cache folder " + cache_folder() + " cannot be written (" + refused +
-                        "): baked at every start; set HAPTICD_CACHE");
-  }
-  take({*bytes, bytes});
+  take(keep_cached(path, made, use));
   return use;
 }
 

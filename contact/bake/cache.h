@@ -4,25 +4,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "contact/bake/mapped_file.h"
 #include "contact/shape/mesh/triangle_mesh.h"
 
 namespace haptic {
-
-/// A file mapped read-only; the mapping lives as long as `storage`.
-struct MappedFile {
-  std::span<const std::byte> bytes;
-  std::shared_ptr<const void> storage;
-};
-
-/// Maps a file; an empty file has no bytes and no storage. Throws std::runtime_error with the
-/// system's reason.
-MappedFile map_file(const std::string& path);
 
 /// Maps a file of the cache: only if this user (or root) owns it and nobody else may write it;
 /// symbolic links are not followed. Throws std::runtime_error with the reason.
@@ -51,6 +41,11 @@ struct CacheUse {
 /// std::runtime_error, those that `make` returns, which are then cached. `take` must not throw for
 /// these.
 CacheUse use_cached(uint64_t key, const std::function<void(const MappedFile&)>& take,
-                    const std::function<std::vector<std::byte>()>& make);
+                    const ByteMaker& make);
+
+/// From here on use_cached() lets `make` run apart (make_apart), and what `make` keeps beside its
+/// bytes is lost: for a process that locks its memory, which would hold all that baking has freed.
+/// Call it once, at the start.
+void bake_apart() noexcept;
 
 }  // namespace haptic

@@ -3,7 +3,6 @@
 
 #include <alloca.h>
 #include <linux/capability.h>
-#include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -100,10 +99,6 @@ void use_small_thread_stacks() noexcept {
     pthread_setattr_default_np(&attributes);
   }
   pthread_attr_destroy(&attributes);
-}
-
-void give_back_memory() noexcept {
-  malloc_trim(0);
 }
 
 bool may_lock_all_memory() noexcept {

@@ -81,9 +81,6 @@ class DeadlineClock {
 /// stack, touched or not, and the usual one is 8 MiB. Call it before the first thread.
 void use_small_thread_stacks() noexcept;
 
-/// Gives freed memory back to the machine; once before memory is locked, as it takes milliseconds.
-void give_back_memory() noexcept;
-
 /// Real-time rights, as bits in a segment's header.
 enum RealtimeBit : uint32_t {
   kRealtimeWanted = 1u << 0,        // requested by the session
