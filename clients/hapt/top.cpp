@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -17,6 +18,8 @@
 #include "clients/library/client.h"
 #include "clients/report/report.h"
 #include "proto/config/quantity.h"
+#include "proto/config/scene/out_of_reach.h"
+#include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
 
@@ -33,6 +36,8 @@ struct TopOptions {
   uint64_t screens = std::numeric_limits<uint64_t>::max();
   bool batch = false, json = false;
 };
+
+constexpr int64_t kStatusPatience = 200'000'000;  // [ns]; hapticd answers within milliseconds
 
 constexpr std::array<std::pair<uint32_t, const char*>, 3> kBehind{
     {{kServoLate, ServoChannels::kName},
@@ -113,8 +118,24 @@ std::string cell(const Histogram& durations, double percent) {
   return readable(1e-9 * static_cast<double>(durations.percentile(percent)), "s");
 }
 
+/// A number in hapticd's status; 0: it is not there.
+double number_in(const std::string& status, const std::string& key) {
+  const size_t at = status.find("\"" + key + "\": ");
+  return at == status.npos ? 0 : std::strtod(status.c_str() + at + key.size() + 4, nullptr);
+}
+
+/// What hapticd says of the bodies; nothing where it does not answer: that is seen in its segment.
+OutOfReach ask_for_bodies(const std::string& session) {
+  try {
+    const std::string status = say_to_session(session, "status", kStatusPatience);
+    return {static_cast<uint32_t>(number_in(status, "out_of_reach")), number_in(status, "reach")};
+  } catch (const HandoutError&) {
+    return {};
+  }
+}
+
 void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
-                  const SegmentHeader* servo) {
+                  const SegmentHeader* servo, const OutOfReach& gone) {
   std::printf("%-9s %-6s %4s %9s %10s %10s %10s %6s\n", "process", "state", "gen", "rate Hz",
               "wait p99", "busy p50", "busy p99", "missed");
   for (const Line& l : lines) {
@@ -135,6 +156,7 @@ void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
   for (const auto& [flag, name] : kBehind) {
     if ((frame.flags & flag) != 0) std::printf("%s falls behind\n", name);
   }
+  if (gone.bodies > 0) std::printf("%s\n", out_of_reach_line(gone).c_str());
 }
 
 /// {"p50": …, "p99": …, "max": …} in seconds; null where nothing was measured.
@@ -153,7 +175,8 @@ std::string json_of(const Line& l) {
          ", \"busy_s\": " + json_of(l.busy) + ", \"missed\": " + std::to_string(l.lost) + "}";
 }
 
-void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame, double seconds) {
+void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame, double seconds,
+                       const OutOfReach& gone) {
   std::cout << "{\"seconds\": " << seconds << ", \"processes\": {";
   const char* separator = "";
   for (const Line& l : lines) {
@@ -170,12 +193,13 @@ void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame, 
     std::cout << separator << json_string(name);
     separator = ", ";
   }
-  std::cout << "]}" << std::endl;
+  std::cout << "], \"out_of_reach\": " << gone.bodies << "}" << std::endl;
 }
 
 void run_top(const TopOptions& options) {
   catch_stop_signals();
-  Client client(once_up(options.session));
+  const std::string& session = once_up(options.session);
+  Client client(session);
   Watched servo(ServoChannels::kName, client.ring<&ServoChannels::frames>(Start::kNewest));
   Watched contact(ContactChannels::kName, client.ring<&ContactChannels::sets>(Start::kNewest));
   Watched sim(SimChannels::kName, client.ring<&SimChannels::frames>(Start::kNewest));
@@ -207,12 +231,13 @@ void run_top(const TopOptions& options) {
     const double seconds = static_cast<double>(t_ns - last_ns) * 1e-9;
     last_ns = t_ns;
     const std::vector<Line> lines{servo.take(seconds), contact.take(seconds), sim.take(seconds)};
+    const OutOfReach gone = sim.newest.n_responses > 0 ? ask_for_bodies(session) : OutOfReach{};
     if (options.json) {
-      print_screen_json(lines, servo.newest, seconds);
+      print_screen_json(lines, servo.newest, seconds, gone);
       continue;
     }
     if (!options.batch && isatty(STDOUT_FILENO) == 1) std::printf("\033[H\033[2J");
-    print_screen(lines, servo.newest, servo.header());
+    print_screen(lines, servo.newest, servo.header(), gone);
     std::fflush(stdout);
   }
   if (client.is_connected()) return;

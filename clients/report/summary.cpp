@@ -9,6 +9,7 @@
 #include "clients/report/rigid_pose.h"
 #include "contact/bake/inside.h"
 #include "contact/query/point/closest_point.h"
+#include "proto/config/scene/out_of_reach.h"
 #include "proto/log/trace.h"
 #include "proto/math/motion_metric.h"
 #include "proto/os/progress.h"
@@ -291,6 +292,10 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
     const auto span =
         static_cast<double>(data.proxies.back().answers_t_ns - data.proxies.front().answers_t_ns);
     rows.add("contact rate", static_cast<double>(data.proxies.size() - 1) / (span * 1e-9), "Hz");
+  }
+  if (!data.scenes.empty()) {
+    const std::string gone = out_of_reach_line(out_of_reach(config, data.scenes.back()));
+    if (!gone.empty()) rows.note(std::string(kGone), gone);
   }
   rows.at_least("ticks in contact", touching, "", 1);
   if (touching > 0) {

@@ -79,6 +79,7 @@ inline constexpr std::array<BehindRow, 3> kBehind{
 /// Metrics that others look for among the rows.
 inline constexpr std::string_view kContactShare = "share of ticks in contact";  // [%]
 inline constexpr std::string_view kFirstTouch = "time of the first touch";      // since the start
+inline constexpr std::string_view kGone = "scene";  // a note, where bodies are out of reach
 
 /// The figures of a session as rows of case `name`: ticks, late ticks, lateness, busy times, rates,
 /// force, depth, energy and samples, with the goals of a successful session.

@@ -11,9 +11,9 @@
 namespace haptic {
 namespace {
 
-constexpr std::array<std::string_view, 7> kFirst{
+constexpr std::array<std::string_view, 8> kFirst{
     "real time",         kContactShare, kFirstTouch, "late ticks (grid points skipped)",
-    "wake lateness p99", "log",         "plot"};
+    "wake lateness p99", kGone,         "log",       "plot"};
 
 std::string missed_goals(const std::vector<Row>& rows) {
   std::string missed;
@@ -25,10 +25,10 @@ std::string missed_goals(const std::vector<Row>& rows) {
   return missed;
 }
 
-double figure(const std::vector<Row>& rows, std::string_view metric) {
-  const auto row =
-      std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.metric == metric; });
-  return row != rows.end() ? row->value : 0;
+/// The row of a metric; an empty one where there is none.
+Row find_row(const std::vector<Row>& rows, std::string_view metric) {
+  const auto row = std::ranges::find(rows, metric, &Row::metric);
+  return row != rows.end() ? *row : Row{};
 }
 
 }  // namespace
@@ -52,14 +52,15 @@ std::string verdict(const std::vector<Row>& rows, const std::string& shown, doub
   if (!all_hold(rows)) {
     return one_line("FAILED: " + missed_goals(rows) + "; --report prints every figure");
   }
-  std::string behind;
+  std::string troubles;
   for (const BehindRow& b : kBehind) {
-    const double share = figure(rows, b.metric);
-    if (share > 0) behind += ", " + std::string(b.words) + " for " + readable(share, "%");
+    const double share = find_row(rows, b.metric).value;
+    if (share > 0) troubles += ", " + std::string(b.words) + " for " + readable(share, "%");
   }
+  if (const std::string gone = find_row(rows, kGone).note; !gone.empty()) troubles += ", " + gone;
   return one_line("passed: " + readable(seconds, "s") + " with " + shown + ", " +
-                  std::to_string(std::lround(figure(rows, kContactShare))) + " % in contact" +
-                  behind + "; next: " + next);
+                  std::to_string(std::lround(find_row(rows, kContactShare).value)) +
+                  " % in contact" + troubles + "; next: " + next);
 }
 
 }  // namespace haptic

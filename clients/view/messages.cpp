@@ -54,8 +54,11 @@ SessionWords parse_status(std::string_view json) {
   SessionWords words;
   const Json status = Json::parse(json, nullptr, false);
   if (!status.is_object()) return words;
-  const auto clients = status.find("clients");
+  const auto clients = status.find("clients"), gone = status.find("out_of_reach"),
+             reach = status.find("reach");
   if (clients != status.end() && clients->is_number_integer()) words.clients = clients->get<int>();
+  if (gone != status.end() && gone->is_number_unsigned()) words.gone.bodies = gone->get<uint32_t>();
+  if (reach != status.end() && reach->is_number()) words.gone.reach = reach->get<double>();
   const auto reasons = status.find("closed_by");
   if (reasons == status.end() || !reasons->is_array()) return words;
   for (const Json& reason : *reasons) {
@@ -82,6 +85,11 @@ std::string status_message(const View& view, const SessionWords& words, size_t v
   status["faults"] = Json::array();
   for (const std::string& reason : words.closed_by) {
     status["faults"].push_back(fault_json(reason));
+  }
+  status["warnings"] = Json::array();
+  if (words.gone.bodies > 0) {
+    status["warnings"].push_back(
+        {{"text", out_of_reach_text(words.gone)}, {"remedy", kMendOutOfReach}});
   }
   return message_text(status);
 }

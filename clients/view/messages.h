@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "clients/view/view.h"
+#include "proto/config/scene/out_of_reach.h"
 
 /// The text messages to a page (docs/view-protocol.md).
 namespace haptic {
@@ -23,6 +24,7 @@ std::string answer_message(const std::string& id, bool ok, const std::string& te
 struct SessionWords {
   int clients = 0;
   std::vector<std::string> closed_by;  // "what (remedy)"
+  OutOfReach gone;
 };
 /// Never throws: what is not understood is left out.
 SessionWords parse_status(std::string_view json);

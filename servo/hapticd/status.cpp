@@ -86,6 +86,9 @@ std::string status_text(const SessionStatus& status) {
   text += fmt::format("force      {}\n", force.empty() ? "open" : force);
   const bool has_state = status.processes.back().runs;
   text += fmt::format("state      {}\n", has_state ? state_text(status.servo.flags) : "unknown");
+  if (status.gone.bodies > 0) {
+    text += fmt::format("scene      {}\n", out_of_reach_line(status.gone));
+  }
   const char* head = "processes";
   for (const SessionStatus::Process& process : status.processes) {
     text += fmt::format("{:<9}  {}\n", head, process_text(process));
@@ -113,14 +116,14 @@ std::string status_json(const SessionStatus& status) {
       R"("closed_by": {}, "state": {}, "processes": [{}], )"
       R"("spare": {{"pid": {}, "generation": {}, "ready": {}}}, "clients": {}, "revision": {}, )"
       R"("armed": {}, "paused": {}, "stiffness": {}, "solver": {}, "led": {}, "tick": {}, )"
-      R"("fault": {}}})",
+      R"("fault": {}, "out_of_reach": {}, "reach": {}}})",
       status.session, time_text("%Y-%m-%dT%H:%M:%S%z", status.since), renderer_of(status),
       json_string(status.device), closed.empty() ? "open" : "closed", json_words(closed),
       json_words(words_of_flags(status.servo.flags)), processes, status.spare.pid,
       status.spare.generation, status.spare.is_ready, status.clients, wanted.revision,
       wanted.armed != 0, wanted.paused != 0, wanted.translational_stiffness,
       solver.empty() ? "null" : json_string(std::string(solver)), is_led(status), status.servo.tick,
-      status.servo.fault);
+      status.servo.fault, status.gone.bodies, status.gone.reach);
 }
 
 }  // namespace haptic

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/config/scene/out_of_reach.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
@@ -32,6 +33,7 @@ struct SessionStatus {
   size_t clients = 0;
   ControlFrame wanted{};
   ServoFrame servo{};  // the newest; tick 0 before the first
+  OutOfReach gone;
 };
 
 /// Lines for people.

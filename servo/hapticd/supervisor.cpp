@@ -76,7 +76,8 @@ Supervisor::Supervisor(const SessionConfig& config, std::string config_text,
       sim_events_(attachments_.ring<&SimChannels::events>(Start::kOldest)),
       contact_events_(attachments_.ring<&ContactChannels::events>(Start::kOldest)),
       servo_events_(attachments_.ring<&ServoChannels::events>(Start::kOldest)),
-      servo_frames_(attachments_.ring<&ServoChannels::frames>(Start::kNewest)) {
+      servo_frames_(attachments_.ring<&ServoChannels::frames>(Start::kNewest)),
+      sim_frames_(attachments_.ring<&SimChannels::frames>(Start::kNewest)) {
   if (row_of(config.device.kind).has_node()) guard_.emplace(config, attachments_);
   for (const Process& process : processes_) {
     const std::string path = folder_ + "/" + process.program;
@@ -120,6 +121,7 @@ int Supervisor::run() {
     }
     if (t_ns >= next_look_ns) {
       write_events();
+      sim_frames_.latest(scene_frame_);  // frees the segments of sims that have died
       for (Process& process : processes_) watch_pulse(process, t_ns, t_ns - next_look_ns);
       watch_spare(t_ns);
       watch_lead(t_ns);
@@ -277,6 +279,7 @@ void Supervisor::answer_commands(int64_t t_ns) {
 
 SessionStatus Supervisor::status() {
   servo_frames_.latest(servo_frame_);
+  sim_frames_.latest(scene_frame_);
   SessionStatus status;
   status.session = session_;
   status.device = std::string(row_of(config_.device.kind).name);
@@ -294,6 +297,7 @@ SessionStatus Supervisor::status() {
   status.clients = std::max<size_t>(server_.n_clients(), 1) - 1;  // but hapticd itself
   status.wanted = control_frame_;
   status.servo = servo_frame_;
+  status.gone = out_of_reach(config_, scene_frame_);
   return status;
 }
 

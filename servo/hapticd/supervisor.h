@@ -126,7 +126,9 @@ class Supervisor {
   RingSource<&ContactChannels::events> contact_events_;
   RingSource<&ServoChannels::events> servo_events_;
   RingSource<&ServoChannels::frames> servo_frames_;
+  RingSource<&SimChannels::frames> sim_frames_;
   ServoFrame servo_frame_{};  // the newest
+  SceneFrame scene_frame_{};  // the newest
   std::optional<DeviceGuard> guard_;
   uint64_t told_releases_ = 0;
   std::array<uint64_t, 3> lost_events_{};

@@ -31,7 +31,53 @@ void write_hand(const std::string& path, double rate, double seconds) {
   }
 }
 
+/// The plane, and three balls of which two have nothing below them. They have fallen 200 mm after
+/// 0.2 s. Returns the path.
+std::string write_falling_balls(const std::string& folder) {
+  const std::string path = folder + "/falling.toml";
+  std::ofstream out(path);
+  out << read_config_text(plane_config())
+      << "[sim]\ngravity = [\"0 m/s²\", \"-9.81 m/s²\", \"0 m/s²\"]\nreach = \"200 mm\"\n";
+  const auto add = [&](const std::string& name, double x, double y, const std::string& more) {
+    out << "[[object]]\nname = \"" << name << "\"\nposition = [\"" << x << " m\", \"" << y
+        << " m\", \"0 m\"]\n"
+        << more;
+  };
+  const std::string ball =
+      "primitive = \"sphere\"\nsize = \"20 mm\"\n[object.body]\nmass = \"10 g\"\n";
+  add("left", -0.3, 0, ball);
+  add("right", 0.3, 0, ball);
+  add("held", 0.6, 0, ball);
+  add("floor", 0.6, -0.06, "primitive = \"box\"\nextent = [\"100 mm\", \"100 mm\", \"100 mm\"]\n");
+  return path;
+}
+
 }  // namespace
+
+TEST_CASE("hapt status, top, demo: bodies that fell out of reach are counted, with the remedy") {
+  const std::string told =
+      "2 bodies out of reach (0.2 m): raise reach in [sim], or put a floor below";
+  const TemporaryFolder scene;
+  const std::string config = write_falling_balls(scene.path());
+  {
+    const RunningSession session(config, "falling");
+    const std::string folder = session.folder.path();
+    Ran status;
+    CHECK(eventually([&] {
+      status = hapt("status", folder);
+      return has(status.output, "\nscene      " + told + "\n");
+    }));
+    INFO(status.output);
+    CHECK(has(hapt("status --json", folder).output, "\"out_of_reach\": 2, \"reach\": 0.2}"));
+    CHECK(has(hapt("top -n 1 -d 100ms -b", folder).output, "\n" + told + "\n"));
+    CHECK(has(hapt("top -n 1 -d 100ms --json", folder).output, "\"out_of_reach\": 2}"));
+  }
+  const TemporaryRuntimeFolder folder;
+  const Ran demo = hapt("demo --config " + config + " --for 1 -o falling.mcap", folder.path());
+  INFO(demo.output);
+  CHECK(demo.code == 0);
+  CHECK(has(demo.output, "% in contact, " + told + "; next: "));
+}
 
 TEST_CASE("hapt demo: the simulated hand touches, nothing is lost, exit 0") {
   const TemporaryRuntimeFolder folder;

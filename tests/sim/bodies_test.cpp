@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "contact/shape/mesh/machine_parts.h"
+#include "proto/config/scene/out_of_reach.h"
 #include "proto/wire/scene_pose.h"
 #include "tests/sim/body_scene.h"
 #include "tests/support/near.h"
@@ -256,6 +257,7 @@ TEST_CASE("bodies: one that falls for ever stays where the reach ends, and the r
   CHECK(sim.frame.V_WO[1] == Twist{});
   CHECK(sim.frame.responses[1].mobility == std::array<double, 36>{});
   CHECK(sim.frame.X_WO[2].p.z == Approx(kEdge / 2).margin(1e-4));
+  CHECK(out_of_reach(scene.config, sim.frame).bodies == 1);
   // a sim that begins anew leaves it there
   SimState second;
   resume(sim.model, second, sim.frame);

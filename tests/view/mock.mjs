@@ -240,6 +240,7 @@ class Viewer {
       viewers: mock.sockets.clients.size,
       missed: 0,
       faults: mock.faults,
+      warnings: [],
     });
   }
 

@@ -275,7 +275,13 @@ TEST_CASE("view: messages to a page are JSON whatever they hold") {
   CHECK(status["faults"][0]["text"] == "paused");
   CHECK(status["faults"][0]["remedy"] == "'hapt resume'");
   CHECK(status["faults"][1]["remedy"] == "");
+  CHECK(status["warnings"].empty());
   CHECK(parse_status("nonsense").closed_by.empty());
+  const SessionWords fallen = parse_status(R"json({"out_of_reach": 2, "reach": 1.5})json");
+  const Json gone = Json::parse(status_message(view, fallen, 2, 5))["warnings"];
+  CHECK(gone.size() == 1);
+  CHECK(gone[0]["text"] == "2 bodies out of reach (1.5 m)");
+  CHECK(gone[0]["remedy"] == kMendOutOfReach);
 }
 
 TEST_CASE(

@@ -61,11 +61,21 @@ test("troubles: the worst first, the fault in words, notes left out", () => {
 
 test("the bridge's own texts come before the page's", () => {
   const frame = { flags: 256, fault: 5, contact_flags: 0 };
-  const shown = words.shown_troubles([{ text: "so it is", remedy: "do that" }], frame);
+  const shown = words.shown_troubles({ faults: [{ text: "so it is", remedy: "do that" }] }, frame);
   assert.deepEqual(
     shown.map(({ text }) => text),
     ["So it is."],
   );
-  assert.equal(words.shown_troubles([], frame).length, 1);
+  assert.equal(words.shown_troubles({ faults: [] }, frame).length, 1);
   assert.deepEqual(words.shown_troubles(undefined, null), []);
+});
+
+test("what the bridge warns of comes last, and hides no fault", () => {
+  const warnings = [{ text: "2 bodies out of reach (1 m)", remedy: "put a floor below" }];
+  const gone = { text: "2 bodies out of reach (1 m).", remedy: "put a floor below", level: "warn" };
+  assert.deepEqual(words.shown_troubles({ faults: [], warnings }, null), [gone]);
+  const frame = { flags: 256, fault: 5, contact_flags: 0 };
+  assert.deepEqual(words.shown_troubles({ faults: [], warnings }, frame)[1], gone);
+  const paused = [{ text: "paused", remedy: "'hapt resume'" }];
+  assert.deepEqual(words.shown_troubles({ faults: paused, warnings }, frame)[1], gone);
 });

@@ -122,7 +122,7 @@ export class Controls {
     if (!stiffness.dataset.chosen) {
       stiffness.value = Math.round(frame.stiffness);
     }
-    const troubles = shown_troubles(status?.faults, frame);
+    const troubles = shown_troubles(status, frame);
     // in a recording nothing can be mended any more
     this.show_troubles(of_log ? troubles.map((trouble) => ({ ...trouble, remedy: "" })) : troubles);
   }

@@ -90,12 +90,17 @@ export function troubles(frame) {
 const kFaultWithoutReason = "A fault is latched.";
 const kFaultRemedy = "Mend the cause, then clear the fault.";
 
-/** The troubles to show: the bridge's own texts where it has any, else those of the frame. */
-export function shown_troubles(status_faults, frame) {
-  if (status_faults && status_faults.length > 0) {
+const with_level = (texts, level) =>
+  (texts ?? []).map(({ text, remedy }) => ({ text: sentence(text), remedy: remedy ?? "", level }));
+
+/** The troubles to show: the faults that the bridge tells in its status, else those of the frame,
+    then what it warns of. */
+export function shown_troubles(status, frame) {
+  const warnings = with_level(status?.warnings, "warn");
+  if (status?.faults?.length > 0) {
     // they have no level of their own: a pause is no failure
     const level = !frame || troubles(frame).some((trouble) => trouble.level === "bad") ? "bad" : "warn";
-    return status_faults.map(({ text, remedy }) => ({ text: sentence(text), remedy: remedy ?? "", level }));
+    return [...with_level(status.faults, level), ...warnings];
   }
-  return frame ? troubles(frame) : [];
+  return [...(frame ? troubles(frame) : []), ...warnings];
 }
