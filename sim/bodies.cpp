@@ -18,7 +18,7 @@ namespace {
 constexpr int64_t kTouchedNs = 500'000'000;
 // most that a hand takes to map the segment of a new sim, which is some 10 ms [ns]
 constexpr int64_t kReturnNs = 100'000'000;
-constexpr double kRatio = 1.2;  // of the period: a longer step is cut
+constexpr double kLongest = 2.2;  // of the period: a longer step is cut
 
 BodyMass mass_of(const ObjectConfig& object, const TriangleMesh& mesh) {
   if (!has_mass(object.body)) return {};
@@ -140,7 +140,7 @@ NewPushes give_pushes(const BodiesModel& model, BodiesState& state, const HandFr
 
 /// Steps of equal length to the frame's instant; scripted objects go along.
 double step_world(const BodiesModel& model, BodyWorld& world, double dt, const SceneFrame& frame) {
-  const int n = std::max(1, static_cast<int>(std::ceil(dt / (kRatio * model.period))));
+  const int n = steps_between(dt, model.period);
   for (int k = 1; k <= n; ++k) {
     for (uint32_t i = 0; i < frame.n_objects; ++i) {
       if (model.world.objects[i].mass.mass > 0) continue;
@@ -219,6 +219,11 @@ void note_responses(const BodiesModel& model, BodiesState& state, const NewPushe
 }
 
 }  // namespace
+
+int steps_between(double dt, double period) {
+  HAPTIC_ASSERT(period > 0);
+  return std::max(1, static_cast<int>(std::ceil(dt / (kLongest * period))));
+}
 
 BodiesModel build_bodies(const SessionConfig& config, std::span<const MeshShape> shapes,
                          std::span<const PieceTree> pieces) {

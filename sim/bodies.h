@@ -21,7 +21,7 @@ using HandFrames = std::array<const ServoFrame*, kMostHands>;
 struct BodiesModel {
   WorldModel world;
   std::vector<uint32_t> with_mass;  // objects, ascending
-  double period = 0;                // longest step [s]
+  double period = 0;                // of the frames [s]
   double reach = 0;  // [m] a body that is farther from its place at the start stays where it is
 };
 
@@ -41,6 +41,11 @@ struct BodiesState {
   int64_t returned_ns = 0;                        // of that frame
   SceneFrame last{};
 };
+
+/// Steps of equal length in dt [s] between two frames of a sim with that period [s], each of at
+/// most 2.2 periods: behind one tick that was left out a single one. A sim rests two thirds of what
+/// it was busy; cut at each period, steps of more than 0.3 of it would keep it late for ever.
+int steps_between(double dt, double period);
 
 /// Moves the bodies from state.last to the frame's instant and notes in `frame`, where scripted
 /// objects are already, their poses, twists and responses. The world is made at the first call.

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
+#include <random>
 
 #include "contact/shape/mesh/machine_parts.h"
 #include "proto/config/scene/out_of_reach.h"
@@ -96,6 +97,42 @@ TEST_CASE("bodies: ten boxes of 20 mm stand for a minute and are asleep at the e
     CHECK_THAT(sim.frame.X_WO[i].p, IsNear(scene.config.objects[i].X_WO.p, 1e-3));
     CHECK(sim.state.bodies.world->motion(i).asleep);
     CHECK(sim.frame.V_WO[i] == Twist{});
+  }
+}
+
+TEST_CASE("bodies: a sim that has left out ticks catches up, where its step leaves it time to",
+          "[sim][bodies]") {
+  constexpr double kRested = 5.0 / 3;  // of what it was busy: when it may begin again (sim/main)
+  const double share = GENERATE(0.1, 0.31, 0.45, 0.59);  // of a period, that one step takes
+  for (int late = 1; late <= 20; ++late) {
+    CAPTURE(share, late);
+    int ticks = late;  // since the frame before
+    for (int k = 0; k < 20; ++k) {
+      const int steps = steps_between(1e-3 * ticks, 1e-3);
+      REQUIRE(steps >= 1);
+      REQUIRE(1e-3 * ticks / steps < 2.5e-3);
+      ticks = std::max(1, static_cast<int>(std::ceil(kRested * share * steps)));
+    }
+    CHECK(ticks == 1);
+  }
+}
+
+TEST_CASE("bodies: a stack stands whatever ticks are left out", "[sim][bodies]") {
+  BodyScene scene = scene_with_ground();
+  for (int k = 0; k < 6; ++k) {
+    scene.add_box(edges(kEdge), {{0, 0, kEdge * (0.5 + k)}, {}}, 0.01).material.friction_dynamic =
+        0.6;
+  }
+  BodySim sim(scene);
+  std::mt19937 random(GENERATE(1u, 2u, 3u));
+  std::uniform_int_distribution<int> periods(1, 8);
+  for (int k = 0; k < 5'000; ++k) {
+    sim.period_ns = periods(random) * 1'000'000;
+    sim.step();
+  }
+  for (uint32_t i = 1; i <= 6; ++i) {
+    CAPTURE(i);
+    CHECK_THAT(sim.frame.X_WO[i].p, IsNear(scene.config.objects[i].X_WO.p, 1e-3));
   }
 }
 
