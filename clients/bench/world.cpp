@@ -12,6 +12,7 @@
 #include "clients/bench/benches.h"
 #include "clients/bench/live_session.h"
 #include "clients/bench/peers/bodies.h"
+#include "clients/bench/scene_steps.h"
 #include "clients/bench/work/turns.h"
 #include "clients/lab/thread_cpu.h"
 #include "clients/report/median.h"
@@ -199,6 +200,7 @@ std::vector<Row> session_rows(const Options& options) {
 std::vector<Row> all_rows(const Options& options) {
   Rows rows = machine_rows("world");
   rows.append(step_rows(options));
+  rows.append(scene_step_rows(options.config));
   rows.append(session_rows(options));
   return rows.rows();
 }
