@@ -4,10 +4,12 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 
 #include "proto/math/assert.h"
 #include "sim/bullet/body_state.h"
+#include "sim/bullet/swinging_body.h"
 
 namespace haptic {
 namespace {
@@ -89,7 +91,8 @@ struct WorldJoints::Kept {
   Joint joint;
   btRigidBody& a;
   btRigidBody& b;
-  bool leads = false;  // A has a coordinate of its own
+  bool leads = false;                    // A has a coordinate of its own
+  std::optional<SwingingBody> swinging;  // A, of a ball
   RowConstraint locks, friction, stop;
   JointRows rows;
   double position = 0;
@@ -122,11 +125,15 @@ WorldJoints::WorldJoints(std::span<const JointConfig> joints,
       return other.object == config.object || other.to == config.object;
     });
     const bool is_one = kept->has_coordinate() && config.kind != JointKind::kCylinder;
-    kept->leads = is_one && n_of_a == 1 && (is_to_world || never_moves[config.to] != 0);
+    const bool is_fixed = is_to_world || never_moves[config.to] != 0;
+    kept->leads = is_one && n_of_a == 1 && is_fixed;
     if (kept->leads) {
       // both act along the coordinate alone
       a.setGravity({0, 0, 0});
       a.setFlags(0);
+    }
+    if (config.kind == JointKind::kBall && n_of_a == 1 && is_fixed) {
+      kept->swinging.emplace(a, -kept->joint.X_AJ.p, gravity_W);
     }
     kept->rows = rows_of(*kept);
     kept->stuck = config.friction > 0;
@@ -248,6 +255,10 @@ void WorldJoints::before(double dt, const PushedMean& pushed) {
       const JointRow& lock = kept->rows.locks[i];
       kept->locks.rows[i] = {.a = lock.a, .b = lock.b, .speed = -kMend / dt * lock.error};
     }
+    if (kept->swinging && kept->is_awake()) {
+      if (kept->swinging->is_free()) kept->locks.n = 0;
+      kept->swinging->before(dt);
+    }
     if (!kept->has_coordinate() || !kept->is_awake()) continue;
     if (kept->leads) {
       lead(*kept, dt, pushed);
@@ -261,8 +272,11 @@ void WorldJoints::before(double dt, const PushedMean& pushed) {
 
 void WorldJoints::after(double dt, std::span<const uint8_t> touches) {
   for (const auto& kept : joints_) {
+    const JointConfig& config = kept->joint.config;
+    if (kept->swinging && kept->is_awake()) {
+      kept->swinging->after(kept->rows.anchor_W, touches[config.object] != 0);
+    }
     if (kept->has_coordinate() && kept->is_awake()) {
-      const JointConfig& config = kept->joint.config;
       const double slid = kept->friction.n > 0 ? kept->friction.getAppliedImpulse() : 0;
       const bool stops = kept->stop.n > 0 && kept->stop.getAppliedImpulse() != 0;
       kept->stuck = config.friction > 0 && std::fabs(slid) < kSticks * config.friction * dt;
@@ -296,7 +310,7 @@ void WorldJoints::place(Kept& kept, double position, double speed) {
 
 WorldJoints::Kept* WorldJoints::leading(uint32_t object) const {
   const auto found = std::ranges::find_if(joints_, [&](const auto& kept) {
-    return kept->leads && kept->joint.config.object == object;
+    return (kept->leads || kept->swinging) && kept->joint.config.object == object;
   });
   if (found == joints_.end()) return nullptr;
   (*found)->rows = rows_of(**found);
@@ -305,7 +319,7 @@ WorldJoints::Kept* WorldJoints::leading(uint32_t object) const {
 
 bool WorldJoints::push(uint32_t object, const Wrench& impulse_W) {
   Kept* const kept = leading(object);
-  if (kept == nullptr) return false;
+  if (kept == nullptr || !kept->leads) return false;
   const double gained = kept->lead_mobility() * dot(impulse_W, kept->motion());
   set_twist(kept->a, sum(twist_of(kept->a), scaled(gained, kept->motion())));
   return true;
@@ -314,6 +328,10 @@ bool WorldJoints::push(uint32_t object, const Wrench& impulse_W) {
 bool WorldJoints::shift(uint32_t object, const Twist& displacement_W) {
   Kept* const kept = leading(object);
   if (kept == nullptr) return false;
+  if (kept->swinging) {
+    if (kept->swinging->is_free()) kept->swinging->shift(kept->rows.anchor_W, displacement_W);
+    return kept->swinging->is_free();
+  }
   const double mobility = kept->lead_mobility();
   const double speed = mobility * dot(momentum_of(kept->a, twist_of(kept->a)), kept->motion());
   const double way = mobility * dot(momentum_of(kept->a, displacement_W), kept->motion());
@@ -337,6 +355,7 @@ JointEffect WorldJoints::effect(uint32_t object) const {
   JointEffect effect;
   const btRigidBody* const body = bodies_[object].get();
   for (const auto& kept : joints_) {
+    if (kept->swinging && &kept->a == body) effect.moves_by_mean = kept->swinging->is_free();
     if ((&kept->a != body && &kept->b != body) || !kept->has_coordinate()) continue;
     const JointConfig& config = kept->joint.config;
     const double speed = kept->speed();

@@ -45,7 +45,8 @@ struct JointEffect {
 /// each step the body is put where the coordinate says, with the momentum along it. Bullet's solver
 /// would hold such a body with an error that grows with the lever from axis to centre of mass (it
 /// sweeps row by row), and lets it drift off the axis by ω² r dt² / 2 per step; so what nobody
-/// touches is as exact as its integration, and what touches others shares their rows.
+/// touches is as exact as its integration, and what touches others shares their rows. A ball that
+/// is a body's only joint, at a point that never moves, lets it swing by itself (SwingingBody).
 class WorldJoints {
  public:
   /// `bodies` must outlive this; frames of the centres of mass.
@@ -81,7 +82,8 @@ class WorldJoints {
   void drive(Kept& kept, double dt, const PushedMean& pushed);
   static void bound(Kept& kept, double dt);
   void place(Kept& kept, double position, double speed);
-  Kept* leading(uint32_t object) const;  // with its rows where it is; null: it has no coordinate
+  // of a body that leads or swings, with its rows where it is; null: it does neither
+  Kept* leading(uint32_t object) const;
 
   std::span<const std::unique_ptr<btRigidBody>> bodies_;
   Vec3 gravity_W_;
