@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "proto/math/assert.h"
 #include "proto/wire/renderer.h"
@@ -25,6 +26,14 @@ struct TakeUp {
 };
 constexpr TakeUp kTakeUp{0.05, 0.5};        // [m/s], [m/s²]
 constexpr TakeUp kTakeUpTurning{0.5, 5.0};  // [rad/s], [rad/s²]
+// beyond what it pulled before, to catch what has fallen: a fifth of gravity, and no less than is
+// felt of it
+constexpr double kCatch = 0.2;
+constexpr double kLeastCatch = 0.2;         // [N]
+constexpr double kLeastCatchTorque = 2e-3;  // [N·m]
+// below, body and hand are taken to move as one
+constexpr double kApart = 1e-3;         // [m/s]
+constexpr double kApartTurning = 0.01;  // [rad/s]
 
 bool is_body(const RenderQuestion& question) {
   return is_of_body(static_cast<Renderer>(question.contacts.renderer));
@@ -76,33 +85,52 @@ Vec3 taken_up(const Vec3& slip, const TakeUp& how, double dt, double& speed) {
   return shortened(slip, speed * dt);
 }
 
-/// The spring's way, without the slip. It gives way where sim or contact stand still and the spring
-/// would pull harder than before, and is taken up where they go on.
-Twist spring_way(const ServoModel& model, const Hold& hold, const Coupling& c, bool gives_way,
-                 GraspState& state) {
-  const Twist whole = way_between(hold.X_WT, hold.X_WP);
-  if (!gives_way) {
+/// How hard the hold may pull while it gives way.
+struct Pull {
+  double force, torque;
+};
+
+/// It gives way while sim or contact stand still, no harder than before, and afterwards until body
+/// and hand move apart no more: what has fallen meanwhile is caught with little more. None: it
+/// pulls as its springs do.
+std::optional<Pull> bound_on(const Twist& whole, const Twist& V, bool is_stale, GraspState& state) {
+  const auto recedes = [](const Vec3& way, const Vec3& v, double least) {
+    return dot(way, v) > least * norm(way);
+  };
+  const bool apart = recedes(whole.v, V.v, kApart) || recedes(whole.w, V.w, kApartTurning);
+  state.gives_way = is_stale || (state.gives_way && apart);
+  if (!state.gives_way) return std::nullopt;
+  if (is_stale) return Pull{state.force, state.torque};
+  return Pull{state.force + std::max(kCatch * state.force, kLeastCatch),
+              state.torque + std::max(kCatch * state.torque, kLeastCatchTorque)};
+}
+
+/// The spring's way, without the slip: by which it gives way, and which is taken up again.
+Twist spring_way(const ServoModel& model, const Twist& whole, const Coupling& c,
+                 const std::optional<Pull>& most, GraspState& state) {
+  if (!most) {
     state.slip = {taken_up(state.slip.v, kTakeUp, model.dt, state.speed),
                   taken_up(state.slip.w, kTakeUpTurning, model.dt, state.spin)};
     return whole - state.slip;
   }
   state.speed = state.spin = 0;
   Twist way = whole - state.slip;
-  const auto give_way = [&](Vec3& part, double stiffness, double most) {
+  const auto give_way = [&](Vec3& part, double stiffness, double bound) {
     const double pull = norm(part) * state.strength * stiffness;
-    if (pull > most) part = most / pull * part;
+    if (pull > bound) part = bound / pull * part;
   };
-  give_way(way.v, c.translational_stiffness, state.force);
-  give_way(way.w, c.rotational_stiffness, state.torque);
+  give_way(way.v, c.translational_stiffness, most->force);
+  give_way(way.w, c.rotational_stiffness, most->torque);
   state.slip = whole - way;
   return way;
 }
 
 Wrench wrench_of(const ServoModel& model, const Hold& hold, const RenderQuestion& question,
-                 bool gives_way, GraspState& state) {
+                 bool is_stale, GraspState& state) {
   const Coupling& c = question.coupling;
-  const Twist way = spring_way(model, hold, c, gives_way, state);
-  const Twist V = hold.V_WP - hold.V_WT;
+  const Twist whole = way_between(hold.X_WT, hold.X_WP), V = hold.V_WP - hold.V_WT;
+  const std::optional<Pull> most = bound_on(whole, V, is_stale, state);
+  const Twist way = spring_way(model, whole, c, most, state);
   const VirtualCoupling& bounds = model.body.coupling;
   const double scale = model.map.force_scale;
   Wrench F;
@@ -112,9 +140,10 @@ Wrench wrench_of(const ServoModel& model, const Hold& hold, const RenderQuestion
     F.t = bounded(hold.share * (c.rotational_stiffness * way.w + c.rotational_damping * V.w),
                   bound_of(model.limits.max_torque, scale, bounds.max_torque));
   }
-  if (gives_way)
-    return {shortened(F.f, std::max(norm(F.f) - state.force, 0.0)),
-            shortened(F.t, std::max(norm(F.t) - state.torque, 0.0))};
+  if (most) {
+    return {shortened(F.f, std::max(norm(F.f) - most->force, 0.0)),
+            shortened(F.t, std::max(norm(F.t) - most->torque, 0.0))};
+  }
   state.force = norm(F.f);
   state.torque = norm(F.t);
   return F;
