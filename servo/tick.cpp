@@ -138,9 +138,11 @@ void continue_pushes(const ServoModel& model, PushCounters& pushes, int64_t t_ns
   HAPTIC_ASSERT(model.dt > 0);
   if (pushes.since_ns == 0) pushes.since_ns = pushes.t_ns = t_ns;
   const double since = static_cast<double>(t_ns - pushes.t_ns) * 1e-9;
-  const double missed = std::clamp(std::round(since / model.dt) - 1, 0.0, 1.0 * kReleaseAfterTicks);
-  // each at its own tick: they last for dt, 2 dt, … until this one
-  const double lasting = 0.5 * missed * (missed + 1) * model.dt;
+  // an admittance device holds a place, not a force
+  const double total = model.admittance ? 0 : std::max(std::round(since / model.dt) - 1, 0.0);
+  const double missed = std::min(total, 1.0 * kReleaseAfterTicks);
+  // each at its own tick, the first ones: they last for total dt, (total − 1) dt, … until this one
+  const double lasting = missed * (total - 0.5 * (missed - 1)) * model.dt;
   for (uint32_t i = 0; i < kMaxObjects; ++i) {
     pushes.impulse_time_W[i] =
         pushes.impulse_time_W[i] + since * pushes.impulse_W[i] + lasting * pushes.last_W[i];

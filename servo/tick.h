@@ -26,7 +26,7 @@ ContactWeight weigh(ServoState& state, const ServoInput& input, double dt, Servo
 
 /// Brings the impulses and their integral up to this tick. The device holds the force of the last
 /// one over the ticks that were missed since, until hapticd lets go (kReleaseAfterTicks): so each
-/// of them has pushed as it did.
+/// of them has pushed as it did. An admittance device holds a place: nothing has pushed.
 void continue_pushes(const ServoModel& model, PushCounters& pushes, int64_t t_ns);
 
 /// Counts what the objects, where they are placed, are pushed with in this tick: the opposite of

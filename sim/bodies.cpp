@@ -100,7 +100,7 @@ bool is_awaited(const BodiesState& state, const HandFrames& hands, int64_t t_ns)
   });
 }
 
-/// Leaves all bodies where they were.
+/// Leaves all bodies where they were, with the twist that they go on with.
 void stand_still(const BodiesModel& model, const SceneFrame& last, SceneFrame& frame) {
   for (const uint32_t i : model.with_mass) {
     frame.X_WO[i] = last.X_WO[i];

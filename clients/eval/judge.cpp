@@ -11,9 +11,9 @@ constexpr double kJamForce = 0.1;    // [N] beyond the exact force
 constexpr double kJamShare = 0.1;    // of the tool's motion in a tick
 constexpr double kLeastWay = 1e-6;   // [m]; a smaller motion of the tool is rest, not a jam
 constexpr double kLostDepth = 1e-5;  // [m]; see "lost"
-// [m]; a proxy leaves a saddle vertex only once that leads a few thousand of its own distances from
-// the surface further (point_proxy.h); closer, rounding decides which way is free
-constexpr double kLeaveLag = 20e-6;
+// [m]; a proxy leaves a saddle vertex only for a way of more than 16 of its own distances from the
+// surface (point_proxy.h), 1.6 µm
+constexpr double kLeaveLag = 2e-6;
 constexpr double kLeastDescent = 1e-6;  // [N]; see "not a local minimum"
 
 double percentile(std::vector<double> values, double share) {

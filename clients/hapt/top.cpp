@@ -9,6 +9,7 @@
 #include <iostream>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "clients/hapt/commands.h"
@@ -37,7 +38,9 @@ struct TopOptions {
   bool batch = false, json = false;
 };
 
-constexpr int64_t kStatusPatience = 200'000'000;  // [ns]; hapticd answers within milliseconds
+// hapticd answers within milliseconds; while it does not, the rings fill [ns]
+constexpr int64_t kStatusPatience = 40'000'000;
+constexpr int64_t kAskPeriod = kNsPerSecond;  // however often the screen is drawn
 
 constexpr std::array<std::pair<uint32_t, const char*>, 3> kBehind{
     {{kServoLate, ServoChannels::kName},
@@ -124,18 +127,32 @@ double number_in(const std::string& status, const std::string& key) {
   return at == status.npos ? 0 : std::strtod(status.c_str() + at + key.size() + 4, nullptr);
 }
 
-/// What hapticd says of the bodies; nothing where it does not answer: that is seen in its segment.
-OutOfReach ask_for_bodies(const std::string& session) {
-  try {
-    const std::string status = say_to_session(session, "status", kStatusPatience);
-    return {static_cast<uint32_t>(number_in(status, "out_of_reach")), number_in(status, "reach")};
-  } catch (const HandoutError&) {
-    return {};
+/// What hapticd says of the bodies, asked once a second; nothing: it does not answer.
+class BodiesAsked {
+ public:
+  explicit BodiesAsked(std::string session) : session_(std::move(session)) {}
+
+  const std::optional<OutOfReach>& newest() {
+    if (now_ns() - asked_ns_ < kAskPeriod) return gone_;
+    asked_ns_ = now_ns();
+    try {
+      const std::string status = say_to_session(session_, "status", kStatusPatience);
+      const double bodies = std::clamp(number_in(status, "out_of_reach"), 0.0, 1.0 * kMaxObjects);
+      gone_ = {static_cast<uint32_t>(bodies), number_in(status, "reach")};
+    } catch (const HandoutError&) {
+      gone_.reset();
+    }
+    return gone_;
   }
-}
+
+ private:
+  std::string session_;
+  std::optional<OutOfReach> gone_;
+  int64_t asked_ns_ = 0;
+};
 
 void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
-                  const SegmentHeader* servo, const OutOfReach& gone) {
+                  const SegmentHeader* servo, const std::optional<OutOfReach>& gone) {
   std::printf("%-9s %-6s %4s %9s %10s %10s %10s %6s\n", "process", "state", "gen", "rate Hz",
               "wait p99", "busy p50", "busy p99", "missed");
   for (const Line& l : lines) {
@@ -156,7 +173,7 @@ void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
   for (const auto& [flag, name] : kBehind) {
     if ((frame.flags & flag) != 0) std::printf("%s falls behind\n", name);
   }
-  if (gone.bodies > 0) std::printf("%s\n", out_of_reach_line(gone).c_str());
+  if (gone && gone->bodies > 0) std::printf("%s\n", out_of_reach_line(*gone).c_str());
 }
 
 /// {"p50": …, "p99": …, "max": …} in seconds; null where nothing was measured.
@@ -176,7 +193,7 @@ std::string json_of(const Line& l) {
 }
 
 void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame, double seconds,
-                       const OutOfReach& gone) {
+                       const std::optional<OutOfReach>& gone) {
   std::cout << "{\"seconds\": " << seconds << ", \"processes\": {";
   const char* separator = "";
   for (const Line& l : lines) {
@@ -193,7 +210,8 @@ void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame, 
     std::cout << separator << json_string(name);
     separator = ", ";
   }
-  std::cout << "], \"out_of_reach\": " << gone.bodies << "}" << std::endl;
+  std::cout << "], \"out_of_reach\": " << (gone ? std::to_string(gone->bodies) : "null") << "}"
+            << std::endl;
 }
 
 void run_top(const TopOptions& options) {
@@ -219,6 +237,7 @@ void run_top(const TopOptions& options) {
   drain_all();
   servo.take(1), contact.take(1), sim.take(1);
 
+  BodiesAsked bodies(session);
   int64_t last_ns = now_ns();
   for (uint64_t n = 0; n < options.screens && go_on(); ++n) {
     const int64_t end_ns = last_ns + static_cast<int64_t>(options.period * kNsPerSecond);
@@ -231,7 +250,8 @@ void run_top(const TopOptions& options) {
     const double seconds = static_cast<double>(t_ns - last_ns) * 1e-9;
     last_ns = t_ns;
     const std::vector<Line> lines{servo.take(seconds), contact.take(seconds), sim.take(seconds)};
-    const OutOfReach gone = sim.newest.n_responses > 0 ? ask_for_bodies(session) : OutOfReach{};
+    const bool has_bodies = sim.newest.n_responses > 0;
+    const std::optional<OutOfReach> gone = has_bodies ? bodies.newest() : OutOfReach{};
     if (options.json) {
       print_screen_json(lines, servo.newest, seconds, gone);
       continue;

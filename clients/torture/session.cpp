@@ -49,8 +49,7 @@ constexpr double kHalfWall = 0.02;        // [m]
 constexpr double kHoldDamping = 3;        // a fifth of critical for it [N·s/m]
 constexpr double kGravity = 9.81;         // [m/s²]
 constexpr double kSway = 0.2;             // by which a resting hand may feel the block swing [N]
-constexpr int64_t kReachNs = 250 * kMs;   // until the hand is where it takes the block
-constexpr int64_t kTakenNs = 1500 * kMs;  // and until the block hangs calm
+constexpr int64_t kTakenNs = 1500 * kMs;  // from then on, until the block hangs calm
 constexpr size_t kCalm = 100;             // commands without a swing, whose period is 89 ms
 const std::vector<std::string> kTakingHand{"--grasp", "-3 mm", "6 mm"};
 

@@ -215,8 +215,7 @@ MappedFile open_mesh(const std::string& path) {
 }
 
 /// From the cache, else baked and cached.
-BakedShape bake_cached(const std::string& name, uint64_t key,
-                       const std::function<std::vector<std::byte>()>& bake) {
+BakedShape bake_cached(const std::string& name, uint64_t key, const ByteMaker& bake) {
   BakedShape shape;
   const CacheUse use = use_cached(
       key, [&](const MappedFile& file) { shape = make_shape(file.bytes, file.storage, key, name); },

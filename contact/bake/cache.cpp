@@ -114,7 +114,7 @@ MappedFile keep_cached(const std::string& path, const MappedFile& made, CacheUse
   } catch (const std::runtime_error& error) {
     refused = error.what();
   }
-  use.lines.push_back("cache folder " + cache_folder() + " cannot be written (" + refused +
+  use.lines.push_back("cache folder " + cache_folder() + " cannot be used (" + refused +
                       "): baked at every start; set HAPTICD_CACHE");
   return made;
 }

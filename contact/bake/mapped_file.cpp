@@ -10,8 +10,13 @@
 #include <boost/interprocess/mapped_region.hpp>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <iterator>
 #include <stdexcept>
 
+#include "proto/math/assert.h"
 #include "proto/os/regular_file.h"
 
 namespace haptic {
@@ -65,6 +70,8 @@ MappedFile make_here(const ByteMaker& make) {
 }
 
 MappedFile make_apart(const ByteMaker& make) {
+  // a fork beside other threads would leave their locks held for ever
+  HAPTIC_ASSERT(std::distance(std::filesystem::directory_iterator("/proc/self/task"), {}) == 1);
   const FileDescriptor file(memfd_create("haptic-baked", MFD_CLOEXEC));
   const pid_t parent = getpid();
   const pid_t child = file.is_open() ? fork() : -1;

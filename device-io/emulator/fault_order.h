@@ -24,6 +24,9 @@ enum class EmulatorFault : int {
   kLetGo = 12,        // it lets go of that and goes back to its strokes
 };
 
+/// After kGrasp, until the hand is where it takes the thing, by 1 % [ns].
+inline constexpr int64_t kReachNs = 250'000'000;
+
 /// [answers], one second at 1 kHz
 inline constexpr size_t kLateAnswers = 1000;
 inline constexpr int32_t kNoiseCounts = 60;  // largest deviation, uniform: 3 mm at the tip

@@ -30,7 +30,6 @@
 #include "proto/config/command_line.h"
 #include "proto/config/quantity.h"
 #include "proto/ipc/process.h"
-#include "proto/math/units.h"
 #include "proto/os/message.h"
 #include "proto/os/queued_order.h"
 #include "proto/os/realtime.h"
@@ -38,10 +37,9 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kTurnNs = 250'000;     // of the firmware's loop: two microframes of USB
-constexpr int kFifoPriority = 70;        // below the servo it tests
-constexpr int kLinePriority = 65;        // below both ends of the line
-constexpr int64_t kReachNs = 250 * kMs;  // until a hand that is led is there, by 1 %
+constexpr int64_t kTurnNs = 250'000;  // of the firmware's loop: two microframes of USB
+constexpr int kFifoPriority = 70;     // below the servo it tests
+constexpr int kLinePriority = 65;     // below both ends of the line
 
 struct Options {
   std::string link, log, hand = "typical";
@@ -98,6 +96,9 @@ Vec3 direction_of(const std::vector<double>& words) {
 
 EmulatedDeviceOptions device_options(const Options& options) {
   if (options.six && options.polhem) throw UsageError("--six, --polhem: are two devices; give one");
+  if (!options.grasp.empty() && (options.six || options.polhem)) {
+    throw UsageError("--grasp: this device has no button; leave --six and --polhem out");
+  }
   EmulatedDeviceOptions device;
   device.hand = options.six      ? six_motors_body()
                 : options.polhem ? polhem_body()
@@ -122,8 +123,13 @@ EmulatedDeviceOptions device_options(const Options& options) {
 }
 
 /// Throws if the hand is to go where the arm cannot reach.
-void check_reach(const EmulatedDeviceOptions& device) {
+void check_reach(const EmulatedDeviceOptions& device, const std::vector<double>& grasp) {
   const IntentConfig& intent = device.hand.intent;
+  JointAngles reached;
+  for (const double height : grasp) {
+    if (device.arm->solve({{0, 0, height}, {}}, reached)) continue;
+    throw UsageError("--grasp: the arm does not reach so far; give heights nearer to 0 mm");
+  }
   if (!(intent.stroke_time > 0)) {
     throw UsageError("--stroke-time: is zero; write for example \"1.2 s\"");
   }
@@ -267,7 +273,7 @@ void serve(EmulatedDevice& device, GraspingHand hand, const Pty& pty, EmulatorLo
 
 int run(const Options& options) {
   const EmulatedDeviceOptions device_parameters = device_options(options);
-  check_reach(device_parameters);
+  check_reach(device_parameters, options.grasp);
   const Pty pty = open_pty();
   EmulatorLog log(options.log);
   const Link link(options.link, pty.name);

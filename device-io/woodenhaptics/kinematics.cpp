@@ -128,7 +128,7 @@ const Arm& woodenhaptics_arm() {
       .model = 3,
       .motors = 3,
       .encoders = 3,
-      .buttons = 1,
+      .buttons = 1,  // of a firmware that reports one in the handle (protocol.h)
       .max_force = 5,
       .max_torque = 0,
       .most_acceleration = {kTipAcceleration, kTipAcceleration, kTipAcceleration},

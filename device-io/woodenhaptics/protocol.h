@@ -58,8 +58,9 @@ struct EncoderReply {
   int32_t error = 0;  // not zero: the counts are old
 };
 
+inline constexpr int32_t kFirstButton = 8;  // bit of an answer's first number
+
 /// The two halves of an answer's first number.
-inline constexpr int32_t kFirstButton = 8;  // bit at which the buttons begin
 constexpr int32_t model_of(const EncoderReply& reply) {
   return reply.model & 0xff;
 }

@@ -26,12 +26,13 @@ struct TakeUp {
 };
 constexpr TakeUp kTakeUp{0.05, 0.5};        // [m/s], [m/s²]
 constexpr TakeUp kTakeUpTurning{0.5, 5.0};  // [rad/s], [rad/s²]
-// beyond what it pulled before, to catch what has fallen: a fifth of gravity, and no less than is
-// felt of it
+// by which more than before it may pull to catch what has fallen: at a fifth of gravity that takes
+// 0.1 s and 5 mm after a standstill of 50 ms; 0.2 N is what a resting hand may feel of it
 constexpr double kCatch = 0.2;
 constexpr double kLeastCatch = 0.2;         // [N]
-constexpr double kLeastCatchTorque = 2e-3;  // [N·m]
-// below, body and hand are taken to move as one
+constexpr double kLeastCatchTorque = 2e-3;  // the same 10 mm off [N·m]
+constexpr double kMostCatching = 1;         // a hand that goes on is followed then [s]
+// slower, body and hand are taken to move as one: less than a millimetre in that time
 constexpr double kApart = 1e-3;         // [m/s]
 constexpr double kApartTurning = 0.01;  // [rad/s]
 
@@ -91,15 +92,17 @@ struct Pull {
 };
 
 /// It gives way while sim or contact stand still, no harder than before, and afterwards until body
-/// and hand move apart no more: what has fallen meanwhile is caught with little more. None: it
-/// pulls as its springs do.
-std::optional<Pull> bound_on(const Twist& whole, const Twist& V, bool is_stale, GraspState& state) {
+/// and hand move apart no more, for a second at most: what has fallen is caught with little more.
+/// None: it pulls as its springs do.
+std::optional<Pull> bound_on(const Twist& whole, const Twist& V, bool is_stale, double dt,
+                             GraspState& state) {
   const auto recedes = [](const Vec3& way, const Vec3& v, double least) {
     return dot(way, v) > least * norm(way);
   };
   const bool apart = recedes(whole.v, V.v, kApart) || recedes(whole.w, V.w, kApartTurning);
-  state.gives_way = is_stale || (state.gives_way && apart);
-  if (!state.gives_way) return std::nullopt;
+  const double left = apart ? std::max(state.gives_way - dt, 0.0) : 0;
+  state.gives_way = is_stale ? kMostCatching : left;
+  if (state.gives_way == 0) return std::nullopt;
   if (is_stale) return Pull{state.force, state.torque};
   return Pull{state.force + std::max(kCatch * state.force, kLeastCatch),
               state.torque + std::max(kCatch * state.torque, kLeastCatchTorque)};
@@ -129,7 +132,7 @@ Wrench wrench_of(const ServoModel& model, const Hold& hold, const RenderQuestion
                  bool is_stale, GraspState& state) {
   const Coupling& c = question.coupling;
   const Twist whole = way_between(hold.X_WT, hold.X_WP), V = hold.V_WP - hold.V_WT;
-  const std::optional<Pull> most = bound_on(whole, V, is_stale, state);
+  const std::optional<Pull> most = bound_on(whole, V, is_stale, model.dt, state);
   const Twist way = spring_way(model, whole, c, most, state);
   const VirtualCoupling& bounds = model.body.coupling;
   const double scale = model.map.force_scale;

@@ -13,7 +13,7 @@ struct GraspState {
   Pose X_OP;                      // where it was held in the last tick
   Twist slip;  // by which the hold has given way: its springs are so much shorter [m], [rad]
   double speed = 0, spin = 0;    // at which that is taken up [m/s], [rad/s]
-  bool gives_way = false;        // sim or contact stood still, and it is not caught yet
+  double gives_way = 0;          // for how long it will still give way [s]; 0: not
   double force = 0, torque = 0;  // of the hold when nothing stood still last [N], [N·m]
 };
 
@@ -43,7 +43,8 @@ struct HeldBody {
 /// that the contacts' age leaves. While the body stands, since no sim moves it, and while contacts
 /// fade or come back, the hold pulls as hard as it did and no harder: what hand and body move
 /// beyond that is slip, or the spring would store it and throw the body afterwards. What has fallen
-/// is caught with a fifth more, or 0.2 N. Then the slip is taken up, at most at 50 mm/s.
+/// is caught with a fifth more, or 0.2 N, within a second. Then the slip is taken up, at most at 50
+/// mm/s.
 Hold hold_of(const ServoModel& model, GraspState& state, const RenderQuestion& question,
              const HeldBody& body);
 

@@ -37,11 +37,15 @@ void SwingingBody::hang(const Vec3& point_W, const Pivoting& at) {
 
 void SwingingBody::before(double dt) {
   HAPTIC_ASSERT(dt > 0);
+  const Pivoting start = now();
+  if (is_free_) {
+    const std::optional<Pivoting> next = swung(pivot_, start, gravity_W_, dt);
+    is_free_ = next.has_value();
+    if (next) next_ = *next;
+  }
   body_.setGravity(to_bullet(is_free_ ? Vec3{} : gravity_W_));
   body_.setFlags(is_free_ ? 0 : BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
   if (!is_free_) return;
-  const Pivoting start = now();
-  next_ = swung(pivot_, start, gravity_W_, dt);
   const Vec3 turn_W = to_rotation_vector(next_.q_WC * conjugate(start.q_WC));
   const Quat middle = from_rotation_vector(0.5 * turn_W) * start.q_WC;
   const Vec3 spin = 1 / dt * turn_W;

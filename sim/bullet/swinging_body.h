@@ -10,14 +10,15 @@ namespace haptic {
 /// A body whose only joint is a ball at a point that never moves. While nothing touches it, it
 /// swings by itself (swung); Bullet sees its mean twist alone, to find what it runs into. Bullet
 /// holds such a body by an impulse along the lever of the step before: it loses energy, and slowly
-/// gains some where it turns fast. What touches something is Bullet's.
+/// gains some where it turns fast. What touches something is Bullet's, and what turns by more than
+/// a radian in a step.
 class SwingingBody {
  public:
   /// `arm_C`: from the point to the centre of mass, in the body's frame C.
   SwingingBody(btRigidBody& body, const Vec3& arm_C, const Vec3& gravity_W);
 
   bool is_free() const { return is_free_; }
-  /// Before a step of Bullet; while it is free, the joint needs no rows.
+  /// Before a step of Bullet; while it is free then, the joint needs no rows.
   void before(double dt);
   /// After it: contacts that Bullet has found give momentum about the point.
   void after(const Vec3& point_W, bool is_touched);

@@ -256,8 +256,8 @@ void WorldJoints::before(double dt, const PushedMean& pushed) {
       kept->locks.rows[i] = {.a = lock.a, .b = lock.b, .speed = -kMend / dt * lock.error};
     }
     if (kept->swinging && kept->is_awake()) {
-      if (kept->swinging->is_free()) kept->locks.n = 0;
       kept->swinging->before(dt);
+      if (kept->swinging->is_free()) kept->locks.n = 0;
     }
     if (!kept->has_coordinate() || !kept->is_awake()) continue;
     if (kept->leads) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
+
 #include "proto/math/mat3.h"
 #include "proto/math/pose.h"
 
@@ -10,8 +12,7 @@ namespace haptic {
 struct PivotBody {
   double mass = 0;     // [kg]
   Vec3 arm_C;          // from the point to the centre of mass
-  Mat3 inertia_C;      // about the point [kg·m²]
-  Mat3 per_inertia_C;  // its inverse
+  Mat3 per_inertia_C;  // inverse of the inertia about the point [1/(kg·m²)]
 };
 
 /// `moments` about the axes of C through the centre of mass [kg·m²].
@@ -30,7 +31,9 @@ Vec3 spin_of(const PivotBody& body, const Pivoting& at);
 /// lever): with w the spin in C, and cay(θ) the rotation about θ by 2 atan(|θ|/2),
 ///   q′ = q cay(dt (w + w′)/2),  L′ = L + dt (r + r′)/2 × m g,  w′ = I⁻¹ q′⁻¹ L′.
 /// Since r′ − r is dt (w + w′)/2 × (r + r′)/2, gravity's work is the change of the kinetic energy.
-/// Second order in w dt. Solved by iteration, each of which shortens the error by w dt.
-Pivoting swung(const PivotBody& body, const Pivoting& now, const Vec3& gravity_W, double dt);
+/// Second order in w dt. Solved by Newton's method; nothing where it does not converge, which takes
+/// turns of more than a radian in a step.
+std::optional<Pivoting> swung(const PivotBody& body, const Pivoting& now, const Vec3& gravity_W,
+                              double dt);
 
 }  // namespace haptic

@@ -2,6 +2,7 @@
 // Tests for servo/step.cpp and servo/solve/point/point_proxy.cpp on hand-made contacts.
 #include "servo/step.h"
 #include "proto/math/units.h"
+#include "servo/tick.h"
 
 #include <limits>
 #include <memory>
@@ -250,6 +251,35 @@ TEST_CASE("servo: nothing is pushed while nothing is felt", "[servo]") {
   }
   input.tick = 2, input.t_ns = 2 * kMs;
   CHECK(step_armed(model, state, input).object_impulse_W[0].f.z == before);
+}
+
+TEST_CASE("servo: the ticks that it misses push as the last one did, until the device is released",
+          "[servo]") {
+  const int missed = GENERATE(0, 1, 4, 10, 30);
+  ServoModel model;
+  model.dt = 1e-3;
+  haptic::PushCounters pushes;
+  pushes.since_ns = pushes.t_ns = 1'000'000;
+  pushes.impulse_W[0].f = {0, 0, 5e-3};
+  pushes.impulse_time_W[0].f = {0, 0, 2e-3};
+  pushes.last_W[0].f = {0, 0, 1e-3};
+  // tick by tick
+  double J = 5e-3, S = 2e-3;
+  for (int k = 1; k <= missed + 1; ++k) {
+    S += 1e-3 * J;
+    if (k <= std::min(missed, haptic::kReleaseAfterTicks)) J += 1e-3;
+  }
+  haptic::continue_pushes(model, pushes, (missed + 2) * int64_t{1'000'000});
+  CAPTURE(missed);
+  CHECK(pushes.impulse_W[0].f.z == Approx(J));
+  CHECK(pushes.impulse_time_W[0].f.z == Approx(S));
+  // a body on an arm that holds a place is not pushed meanwhile
+  model.admittance.emplace();
+  haptic::PushCounters held;
+  held.since_ns = held.t_ns = 1'000'000;
+  held.impulse_W[0].f = held.last_W[0].f = {0, 0, 1e-3};
+  haptic::continue_pushes(model, held, (missed + 2) * int64_t{1'000'000});
+  CHECK(held.impulse_W[0].f.z == 1e-3);
 }
 
 TEST_CASE("servo: impulses of two objects share the force by their planes", "[servo]") {

@@ -2,7 +2,10 @@
 #include "contact/detect/point/point_proxy.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "contact/detect/point/sphere_goals.h"
@@ -26,7 +29,9 @@ constexpr double kAround = 32;       // of epsilon: facets this near may bound a
                                      // walls at four degrees it stands off by as much
 constexpr double kWayOn = 256;       // of epsilon: length of a way on that is tried
 constexpr double kLeastWayOn = 16;   // of epsilon: shorter ways are not worth a leg
-constexpr double kLeastGain = 0.05;  // of epsilon: along a way on; rounding is a thousandth of it
+constexpr double kLeastGain = 0.05;  // of epsilon: along a way on; what rounding gains in a pose of
+                                     // 1 m is a millionth of it
+constexpr int kMaxLeaves = 8;        // in a step; rarely more than two
 constexpr size_t kMaxAround = 64;    // triangles around a rest; ten times those of a vertex
 constexpr size_t kMaxFacets = 16;    // planes of them, three times those of a vertex
 
@@ -98,17 +103,16 @@ double height_over(const HalfSpace& plane, const Vec3& p_W) {
   return dot(plane.normal, p_W) - plane.offset;
 }
 
-/// Whether a disc around the foot of p_W on a facet lies on it, but for what is across `open_edge`.
-bool covers(const PointScene& scene, const ProxyPlane& facet, const Vec3& p_W, double radius,
+/// Whether a disc around the foot of p_O on a facet lies on it, but for what is across `open_edge`.
+bool covers(const TriangleMesh& mesh, uint32_t triangle, const Vec3& p_O, double radius,
             uint32_t open_edge = kNoFace) {
-  const TriangleMesh& mesh = scene.shapes[facet.object].mesh;
-  const Triangle& corners = mesh.triangles[facet.triangle];
-  const Vec3 p_O = inverse(scene.X_WO[facet.object]) * p_W;
+  const Triangle& corners = mesh.triangles[triangle];
   for (size_t i = 0; i < 3; ++i) {
-    if (mesh.triangle_edges[facet.triangle][i] == open_edge) continue;
+    if (mesh.triangle_edges[triangle][i] == open_edge) continue;
     const Vec3 &a = mesh.vertices[corners[i]], &b = mesh.vertices[corners[(i + 1) % 3]];
-    const Vec3 inward = cross(mesh.face_normals[facet.triangle], b - a);
-    if (dot(p_O - a, inward) < radius * norm(inward)) return false;
+    const Vec3 inward = cross(mesh.face_normals[triangle], b - a);
+    const double inside = dot(p_O - a, inward);
+    if (!(inside > 0 && inside * inside >= radius * radius * norm_squared(inward))) return false;
   }
   return true;
 }
@@ -117,10 +121,11 @@ bool covers(const PointScene& scene, const ProxyPlane& facet, const Vec3& p_W, d
 /// is in the middle of one, or of a concave edge between two. Then it is where they say.
 bool is_enclosed(const PointScene& scene, std::span<const ProxyPlane> facets, const Vec3& g_W,
                  double radius) {
-  if (facets.size() == 1) return covers(scene, facets[0], g_W, radius);
-  if (facets.size() != 2 || facets[0].object != facets[1].object) return false;
+  if (facets.empty() || facets.size() > 2 || facets[0].object != facets.back().object) return false;
   const TriangleMesh& mesh = scene.shapes[facets[0].object].mesh;
-  const uint32_t one = facets[0].triangle, other = facets[1].triangle;
+  const Vec3 g_O = inverse(scene.X_WO[facets[0].object]) * g_W;
+  const uint32_t one = facets[0].triangle, other = facets.back().triangle;
+  if (facets.size() == 1) return covers(mesh, one, g_O, radius);
   const Triangle &edges = mesh.triangle_edges[one], &others = mesh.triangle_edges[other];
   const auto shared = std::find_first_of(edges.begin(), edges.end(), others.begin(), others.end());
   if (shared == edges.end()) return false;
@@ -130,8 +135,8 @@ bool is_enclosed(const PointScene& scene, std::span<const ProxyPlane> facets, co
   for (const uint32_t v : mesh.triangles[other]) {
     rise += dot(mesh.face_normals[one], mesh.vertices[v] - on_edge_O);
   }
-  return rise > 0 && covers(scene, facets[0], g_W, radius, *shared) &&
-         covers(scene, facets[1], g_W, radius, *shared);
+  return rise > 0 && covers(mesh, one, g_O, radius, *shared) &&
+         covers(mesh, other, g_O, radius, *shared);
 }
 
 /// A facet that a point which comes from from_W nearly touches at p_W, if any; of several, that
@@ -259,22 +264,23 @@ class Slide {
     // a plane that the leg already has changes nothing: then the plane hit counts
     if (touched.hit && !(blocked.hit && leg_.holds(touched.plane))) blocked = touched;
     if (moved) g_W_ = reached_W;
-    if (!blocked.hit && (leg_.size == 0 || !moved)) return goes_on_otherwise();
+    if (!blocked.hit && (leg_.size == 0 || !moved)) return goes_on_otherwise(in_time);
     // planes hold where they were met, in that order: after a move it heads for the tool itself
     // again, so that the place of rest is independent of the path
     if (moved && (in_time || !blocked.hit)) {
       const bool towards_tool = leg_.size == 0;
       if (!tries_again()) {
         settle();
-        return goes_on_otherwise();
+        return goes_on_otherwise(in_time);
       }
       // the same facet would be hit on the rest of the way
       if (!towards_tool || !blocked.hit) return true;
     }
     // the same plane from the same place changes nothing
-    if (!moved && leg_.holds(blocked.plane)) return goes_on_otherwise();
+    if (!moved && leg_.holds(blocked.plane)) return goes_on_otherwise(in_time);
     add_plane(blocked.plane);
-    return (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) || goes_on_otherwise();
+    const bool goes_on = goal_.converged && !is_nothing(norm(goal_.x - g_W_));
+    return goes_on || goes_on_otherwise(in_time);
   }
 
   /// Undoes an extended subgoal that led farther away, and continues without; false if there is
@@ -302,7 +308,7 @@ class Slide {
   bool is_nothing(double way) const { return way <= Leg::kNoProgress * scene_.epsilon; }
 
   /// Last resorts when the planes say that it rests.
-  bool goes_on_otherwise() { return take_leap_back() || leaves_planes(); }
+  bool goes_on_otherwise(bool in_time) { return take_leap_back() || (in_time && leaves_planes()); }
 
   /// Whether a motion of a few epsilon meets nothing, and touches nothing at its end.
   bool is_clear(const Vec3& from_W, const Vec3& to_W) {
@@ -313,9 +319,11 @@ class Slide {
   /// Where the free space is more than the intersection of its planes: goes on along a facet that
   /// is near, or along the line of two, if that leads nearer.
   bool leaves_planes() {
-    if (scene_.radius > 0 || leg_.size == 0) return false;
-    const Leg pushing = pushing_planes(leg_, goal_);
-    const auto facets = std::span(pushing.planes).first(pushing.size);
+    if (scene_.radius > 0 || leg_.size == 0 || leaves_ == kMaxLeaves) return false;
+    std::array<ProxyPlane, 3> pushing;
+    const auto n = static_cast<size_t>(goal_.n_active);
+    for (size_t i = 0; i < n; ++i) pushing[i] = leg_.planes[static_cast<size_t>(goal_.active[i])];
+    const auto facets = std::span<const ProxyPlane>(pushing).first(n);
     if (is_enclosed(scene_, facets, g_W_, kAround * scene_.epsilon)) return false;
     const Facets near = facets_around(facets);
     for (size_t i = 0; i < near.size; ++i) {
@@ -369,6 +377,7 @@ class Slide {
     if (norm(on_W - tool_W_) > least) return false;
     const bool goes = is_clear(g_W_, on_W) || (is_clear(g_W_, first.x) && is_clear(first.x, on_W));
     if (!goes) return false;
+    ++leaves_;
     g_W_ = nearest_W_ = on_W;
     stalls_ = 0;
     begin_leg();
@@ -447,6 +456,7 @@ class Slide {
   PointProjection goal_;
   Vec3 nearest_W_;  // nearest to the tool, of the ends of legs
   int stalls_ = 0;
+  int leaves_ = 0;  // of planes, in this step
   bool leaps_ = true;
   bool truncated_ = false;
 };

@@ -197,7 +197,7 @@ TEST_CASE("grasp: a resting hand does not notice that a new sim's segment is map
 }
 
 TEST_CASE("grasp: a resting hand does not notice that the servo misses ticks", "[grasp]") {
-  const int missed = GENERATE(1, 4, 9);
+  const int missed = GENERATE(1, 4, 10);
   CAPTURE(missed);
   Pushed pushed(hanging_session(), unstoppable_hand());
   Lockstep& lockstep = pushed.lockstep;
