@@ -157,7 +157,8 @@ SceneHit touched_facet(const PointScene& scene, const Vec3& from_W, const Vec3& 
       return height_over(tangent_plane(scene, {i, triangle}, p_W), from_W);
     };
     uint32_t highest = c.triangle;
-    for (const ClosestPoint& other : TrianglesAround(scene, i, p_W, near).view()) {
+    const TrianglesAround around(scene, i, p_W, near);
+    for (const ClosestPoint& other : around.view()) {
       if (height(other.triangle) > height(highest)) highest = other.triangle;
     }
     return {true, 0, {i, highest}};
