@@ -7,7 +7,7 @@
 #include <functional>
 #include <memory>
 
-#include "clients/bench/work/workload.h"
+#include "clients/bench/workloads/workload.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/cache.h"
 #include "contact/bake/grid.h"

@@ -8,8 +8,8 @@
 #include <memory>
 
 #include "clients/bench/peers/closest.h"
-#include "clients/bench/work/turns.h"
-#include "clients/bench/work/workload.h"
+#include "clients/bench/workloads/turns.h"
+#include "clients/bench/workloads/workload.h"
 #include "clients/eval/scenes/rigid_scenes.h"
 #include "contact/bake/bake.h"
 #include "contact/query/point/closest_point.h"

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "clients/bench/benches.h"
-#include "clients/bench/work/lod_pairs.h"
-#include "clients/bench/work/turns.h"
+#include "clients/bench/workloads/lod_pairs.h"
+#include "clients/bench/workloads/turns.h"
 #include "clients/lab/thread_cpu.h"
 #include "contact/bake/session.h"
 #include "contact/step.h"

@@ -5,8 +5,8 @@
 
 #include "clients/bench/benches.h"
 #include "clients/bench/peers/depth.h"
-#include "clients/bench/work/convex_pairs.h"
-#include "clients/bench/work/turns.h"
+#include "clients/bench/workloads/convex_pairs.h"
+#include "clients/bench/workloads/turns.h"
 #include "contact/bake/convex/hull_of_points.h"
 #include "contact/query/convex/closest_features.h"
 #include "contact/query/convex/expanding_polytope.h"

@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "clients/bench/peers/pair.h"
-#include "clients/bench/work/proximity.h"
-#include "clients/bench/work/turns.h"
+#include "clients/bench/workloads/proximity.h"
+#include "clients/bench/workloads/turns.h"
 #include "clients/lab/thread_cpu.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/query/proximity/near_contacts.h"

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "clients/bench/peers/qp.h"
-#include "clients/bench/work/turns.h"
+#include "clients/bench/workloads/turns.h"
 #include "proto/config/command_line.h"
 #include "proto/math/coulomb.h"
 #include "proto/math/lcp.h"

@@ -9,8 +9,8 @@
 #include <stdexcept>
 
 #include "clients/bench/peers/pair.h"
-#include "clients/bench/work/proximity.h"
-#include "clients/bench/work/turns.h"
+#include "clients/bench/workloads/proximity.h"
+#include "clients/bench/workloads/turns.h"
 #include "clients/eval/scenes/rigid_scenes.h"
 #include "clients/lab/thread_cpu.h"
 #include "clients/library/histogram.h"

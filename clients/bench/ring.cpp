@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "clients/bench/work/burst.h"
+#include "clients/bench/workloads/burst.h"
 #include "proto/ipc/segment.h"
 #include "proto/math/units.h"
 #include "proto/os/progress.h"

@@ -6,7 +6,7 @@
 #include <memory>
 #include <span>
 
-#include "clients/bench/work/turns.h"
+#include "clients/bench/workloads/turns.h"
 #include "clients/lab/lockstep.h"
 #include "clients/lab/thread_cpu.h"
 #include "contact/bake/session.h"

@@ -12,7 +12,7 @@
 
 #include "clients/bench/benches.h"
 #include "clients/bench/live_session.h"
-#include "clients/bench/work/viewers.h"
+#include "clients/bench/workloads/viewers.h"
 #include "clients/hapt/session_process.h"
 #include "clients/lab/forked_process.h"
 #include "clients/library/client.h"

@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "clients/bench/peers/pair.h"
-#include "clients/bench/work/turns.h"
-#include "clients/bench/work/workload.h"
+#include "clients/bench/workloads/turns.h"
+#include "clients/bench/workloads/workload.h"
 #include "clients/lab/step_budget.h"
 #include "clients/lab/thread_cpu.h"
 #include "contact/bake/volume.h"

@@ -13,7 +13,7 @@
 #include "clients/bench/live_session.h"
 #include "clients/bench/peers/bodies.h"
 #include "clients/bench/scene_steps.h"
-#include "clients/bench/work/turns.h"
+#include "clients/bench/workloads/turns.h"
 #include "clients/lab/thread_cpu.h"
 #include "clients/report/median.h"
 #include "contact/shape/mesh/generated.h"

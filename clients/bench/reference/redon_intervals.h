@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "clients/bench/work/ccd_queries.h"
+#include "clients/bench/workloads/ccd_queries.h"
 
 namespace haptic {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/work/burst.h"
+#include "clients/bench/workloads/burst.h"
 
 #include <catch2/catch.hpp>
 #include <stdexcept>

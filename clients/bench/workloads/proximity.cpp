@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/work/proximity.h"
+#include "clients/bench/workloads/proximity.h"
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 #include <utility>
 
-#include "clients/bench/work/workload.h"
+#include "clients/bench/workloads/workload.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "proto/math/units.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The elementary queries of continuous collision detection against exact ground truth and another
 // method.
-#include "clients/bench/work/ccd_queries.h"
+#include "clients/bench/workloads/ccd_queries.h"
 
 #include <catch2/catch.hpp>
 #include <fstream>
