@@ -241,7 +241,8 @@ Wrench scene_push(const ServoModel& model, const ServoState& state, const Render
   return F_B;
 }
 
-/// What the hand pushes with, as far as it may move anything.
+/// Returns what safety judges in this tick: the force and torque of the hand as measured, and
+/// whether the device follows and device and contacts gave finite numbers.
 SafetyInput hand_push(const ServoModel& model, ServoState& state, const ServoInput& input,
                       bool usable, ServoFrame& frame) {
   SafetyInput safety = note_inputs(model, state, input, frame);

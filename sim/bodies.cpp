@@ -90,8 +90,9 @@ void restart(const BodiesModel& model, BodiesState& state, const HandFrames& han
   }
 }
 
-/// Whether a hand has not used a frame yet since sim was away: what it holds would fall until it
-/// does. Not longer than kReturnNs, and not for a hand whose servo is gone.
+/// Returns true while some servo has not used a frame of sim since sim was away. Until then the
+/// servo counts no pushes, so a body that the hand holds would fall. The wait ends after kReturnNs,
+/// and a servo whose last frame is older than that is not waited for.
 bool is_awaited(const BodiesState& state, const HandFrames& hands, int64_t t_ns) {
   if (t_ns - state.returned_ns > kReturnNs) return false;
   return std::ranges::any_of(hands, [&](const ServoFrame* hand) {

@@ -127,7 +127,8 @@ double number_in(const std::string& status, const std::string& key) {
   return at == status.npos ? 0 : std::strtod(status.c_str() + at + key.size() + 4, nullptr);
 }
 
-/// What hapticd says of the bodies, asked once a second; nothing: it does not answer.
+/// Asks hapticd once a second how many bodies are out of reach, for that depends on the session's
+/// file, which a client does not have. Empty while hapticd does not answer.
 class BodiesAsked {
  public:
   explicit BodiesAsked(std::string session) : session_(std::move(session)) {}

@@ -254,6 +254,17 @@ void add_penetration(const Penetration& penetration, Renderer renderer, Rows& ro
   }
 }
 
+/// Adds the share of the ticks in which a process fell behind, where any did.
+void add_behind(const std::vector<ServoFrame>& frames, Rows& rows) {
+  for (const BehindRow& row : kBehind) {
+    const auto ticks = std::ranges::count_if(
+        frames, [&](const ServoFrame& f) { return (f.flags & row.flag) != 0; });
+    if (ticks == 0) continue;
+    const double share = 100 * static_cast<double>(ticks) / static_cast<double>(frames.size());
+    rows.add(std::string(row.metric), share, "%");
+  }
+}
+
 }  // namespace
 
 std::vector<Row> summarize(const std::string& name, const SessionData& data,
@@ -265,7 +276,6 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   const double torque_limit = std::min(config.safety.max_torque, config.device.max_torque);
   double peak = 0, peak_torque = 0, felt_torque = 0, deepest = 0;
   size_t touching = 0, faults = 0, lost_time = 0;
-  std::array<size_t, kBehind.size()> behind{};  // ticks
   int64_t first_touch_ns = 0;
   for (const ServoFrame& f : frames) {
     const double force = norm(f.F_device_B.f);
@@ -276,14 +286,10 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
     faults += (f.flags & kServoFault) != 0;
     lost_time += (f.device.flags & kDeviceLostTime) != 0;
     deepest = std::max(deepest, f.depth);
-    for (size_t i = 0; i < behind.size(); ++i) behind[i] += (f.flags & kBehind[i].flag) != 0;
   }
   const uint64_t skipped = frames.empty() ? 0 : frames.back().skipped - frames.front().skipped;
   rows.add("ticks", ticks);
-  for (size_t i = 0; i < behind.size(); ++i) {
-    const double share = 100 * static_cast<double>(behind[i]) / ticks;
-    if (behind[i] > 0) rows.add(std::string(kBehind[i].metric), share, "%");
-  }
+  add_behind(frames, rows);
   rows.add("late ticks (grid points skipped)", skipped);
   rows.add("wake lateness", durations(frames, [](const auto& f) { return f.wake_late_ns; }));
   rows.add("servo busy", durations(frames, [](const auto& f) { return f.busy_ns; }));

@@ -40,7 +40,8 @@ const std::vector<std::string> kPressingHand{
     "-7 mm",   "--direction",   "0",        "0",        "1",
     "--hover", "2.5 mm",        "--press",  "0 mm",     "--stroke-angle",
     "0 deg",   "--stroke-time", "3 s",      "--tremor", "0 mm"};
-// What it takes where there are bodies: a block in a pocket, out of which nothing moves it.
+// With --bodies the hand presses and takes a block with mass. The block lies in a pocket, so that
+// no fault moves it away from below the hand.
 constexpr double kBlock = 0.1;            // [kg]
 constexpr double kHalfBlock = 0.02;       // edge [m]
 constexpr double kPocket = 0.001;         // room to each side of it [m]

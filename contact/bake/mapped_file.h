@@ -26,7 +26,7 @@ MappedFile map_file(const std::string& path);
 /// Throws std::runtime_error with the system's reason.
 MappedFile map_descriptor(const FileDescriptor& descriptor);
 
-/// What makes bytes, and may need much memory on the way.
+/// A function that returns the bytes of a file; it may need far more memory than it returns.
 using ByteMaker = std::function<std::vector<std::byte>()>;
 
 /// The bytes of `make`, which runs here.

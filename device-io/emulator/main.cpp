@@ -198,8 +198,8 @@ class Link {
   std::string path_;
 };
 
-/// What the hand does with a thing that lies below it: it reaches down, presses its button and
-/// lifts it, or lets go of it.
+/// A hand that, when a test orders it, reaches down to the object below it, presses its button and
+/// lifts the object, or releases the button and goes back to its strokes.
 class GraspingHand {
  public:
   explicit GraspingHand(const std::vector<double>& heights) : heights_(heights) {}

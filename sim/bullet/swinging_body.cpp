@@ -28,11 +28,10 @@ Pivoting SwingingBody::now() const {
   return {q_WC, about_point(twist_of(body_), q_WC)};
 }
 
-void SwingingBody::hang(const Vec3& point_W, const Pivoting& at) {
-  const Vec3 arm_W = rotate(at.q_WC, pivot_.arm_C);
-  body_.setCenterOfMassTransform(to_bullet(Pose{point_W + arm_W, at.q_WC}));
-  const Vec3 spin = spin_of(pivot_, at);
-  set_twist(body_, {cross(spin, arm_W), spin});
+void SwingingBody::hang(const Vec3& point_W, const Quat& q_WC, const Vec3& spin_W) {
+  const Vec3 arm_W = rotate(q_WC, pivot_.arm_C);
+  body_.setCenterOfMassTransform(to_bullet(Pose{point_W + arm_W, q_WC}));
+  set_twist(body_, {cross(spin_W, arm_W), spin_W});
 }
 
 void SwingingBody::before(double dt) {
@@ -61,18 +60,15 @@ void SwingingBody::after(const Vec3& point_W, bool is_touched) {
       is_touched = true;
       next_.momentum_W += about_point(hit, next_.q_WC);
     }
-    hang(point_W, next_);
+    hang(point_W, next_.q_WC, spin_of(pivot_, next_));
   }
   is_free_ = !is_touched;
 }
 
 void SwingingBody::shift(const Vec3& point_W, const Twist& displacement_W) {
-  Pivoting at = now();
-  const Vec3 spin = spin_of(pivot_, at);
+  const Pivoting at = now();
   const Vec3 turn_W = spin_of(pivot_, {at.q_WC, about_point(displacement_W, at.q_WC)});
-  at.q_WC = normalized(from_rotation_vector(turn_W) * at.q_WC);
-  hang(point_W, at);
-  set_twist(body_, {cross(spin, rotate(at.q_WC, pivot_.arm_C)), spin});
+  hang(point_W, normalized(from_rotation_vector(turn_W) * at.q_WC), spin_of(pivot_, at));
 }
 
 }  // namespace haptic

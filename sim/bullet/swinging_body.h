@@ -28,7 +28,7 @@ class SwingingBody {
  private:
   Pivoting now() const;
   Vec3 about_point(const Twist& V_W, const Quat& q_WC) const;
-  void hang(const Vec3& point_W, const Pivoting& at);
+  void hang(const Vec3& point_W, const Quat& q_WC, const Vec3& spin_W);
 
   btRigidBody& body_;
   PivotBody pivot_;

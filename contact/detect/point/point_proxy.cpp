@@ -103,7 +103,8 @@ double height_over(const HalfSpace& plane, const Vec3& p_W) {
   return dot(plane.normal, p_W) - plane.offset;
 }
 
-/// Whether a disc around the foot of p_O on a facet lies on it, but for what is across `open_edge`.
+/// Returns true if the projection of p_O on the facet's plane lies inside the facet, `radius` or
+/// more from each of its edges; `open_edge` is not looked at.
 bool covers(const TriangleMesh& mesh, uint32_t triangle, const Vec3& p_O, double radius,
             uint32_t open_edge = kNoFace) {
   const Triangle& corners = mesh.triangles[triangle];
@@ -117,8 +118,9 @@ bool covers(const TriangleMesh& mesh, uint32_t triangle, const Vec3& p_O, double
   return true;
 }
 
-/// Whether the free space around g_W lies within the half-spaces of the facets that push there: it
-/// is in the middle of one, or of a concave edge between two. Then it is where they say.
+/// Returns true if the facets that push at g_W bound all free space within `radius`: g_W is over
+/// the inside of a single facet, or over the inside of a concave edge that two of them share. Such
+/// a place is the local minimum, so that no other facet has to be looked at.
 bool is_enclosed(const PointScene& scene, std::span<const ProxyPlane> facets, const Vec3& g_W,
                  double radius) {
   if (facets.empty() || facets.size() > 2 || facets[0].object != facets.back().object) return false;

@@ -58,8 +58,8 @@ struct Demo {
 };
 
 /// Mass, centre and inertia of a closed mesh of uniform density, by the tetrahedra that its
-/// triangles make with the origin.
-JudgedBody judged_mesh(uint32_t object, const TriangleMesh& mesh, double mass) {
+/// triangles make with the origin. Its mass is given, or follows from the density.
+JudgedBody judged_mesh(uint32_t object, const TriangleMesh& mesh, const BodyConfig& config) {
   double volume = 0;
   Vec3 moment;
   std::array<std::array<double, 3>, 3> second{};
@@ -78,8 +78,9 @@ JudgedBody judged_mesh(uint32_t object, const TriangleMesh& mesh, double mass) {
       }
     }
   }
-  JudgedBody body{object, mass, 1 / volume * moment, {}};
+  const double mass = config.mass > 0 ? config.mass : config.density * volume;
   const double density = mass / volume;
+  JudgedBody body{object, mass, 1 / volume * moment, {}};
   for (size_t i = 0; i < 3; ++i) {
     for (size_t k = 0; k < 3; ++k) {
       const int a = static_cast<int>(i), b = static_cast<int>(k);
@@ -92,14 +93,6 @@ JudgedBody judged_mesh(uint32_t object, const TriangleMesh& mesh, double mass) {
     body.inertia_O.row[i] = trace * Mat3{}.row[i] - Vec3{row[0], row[1], row[2]};
   }
   return body;
-}
-
-double volume_of(const TriangleMesh& mesh) {
-  double volume = 0;
-  for (const Triangle& t : mesh.triangles) {
-    volume += dot(mesh.vertices[t[0]], cross(mesh.vertices[t[1]], mesh.vertices[t[2]])) / 6;
-  }
-  return volume;
 }
 
 /// What spring and detents of a joint store at q [J], the detents' table taken as straight lines.
@@ -267,9 +260,7 @@ TEST_CASE("scenes with bodies: they have no more energy than the hand gives them
   std::vector<JudgedBody> bodies;
   for (uint32_t i = 0; i < demo.config.n_objects; ++i) {
     const BodyConfig& body = demo.config.objects[i].body;
-    const TriangleMesh& mesh = shapes.objects[i].mesh;
-    const double mass = body.mass > 0 ? body.mass : body.density * volume_of(mesh);
-    if (mass > 0) bodies.push_back(judged_mesh(i, mesh, mass));
+    if (has_mass(body)) bodies.push_back(judged_mesh(i, shapes.objects[i].mesh, body));
   }
   EnergyJudge judge(bodies, demo.config.gravity_W, rate);
   judge.add_store([&](const SceneFrame& frame) {
