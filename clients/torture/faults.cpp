@@ -31,7 +31,7 @@ constexpr int64_t kGoneNs = 2 * kNsPerSecond;  // limit for children to end and 
 constexpr int64_t kStopNs = 2 * kMs;           // until SIGSTOP has reached every thread
 constexpr int kFaultsPerTurn = 20;             // while a body is held, and while it is pressed
 constexpr int64_t kEmptyNs = 20 * kMs;         // without a force, after which nothing is held
-constexpr int64_t kCalmNs = 150 * kMs;         // in which a body that is still held hangs calm
+constexpr int64_t kCalmNs = 600 * kMs;         // in which a body that is still held hangs calm
 constexpr size_t kManyClients = 64;
 constexpr const char* kStressTime = "2s";  // of stress-ng
 
@@ -519,7 +519,7 @@ void FaultInjector::take_again(FaultOutcome& outcome) {
   const auto recent = session_.records_since(now_ns() - kEmptyNs);
   const bool is_empty = std::ranges::all_of(
       recent, [](const EmulatorRecord& r) { return norm(r.force_B) < ForceRules{}.step; });
-  if (!is_empty && session_.wait_whole(now_ns(), kCalmNs)) return;
+  if (!is_empty && session_.wait_calm(kCalmNs)) return;
   if (session_.take(kPatienceNs)) return;
   outcome.violations.push_back("the block cannot be taken again");
 }

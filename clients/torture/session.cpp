@@ -50,6 +50,7 @@ constexpr double kHalfWall = 0.02;        // [m]
 constexpr double kHoldDamping = 3;        // a fifth of critical for it [N·s/m]
 constexpr double kGravity = 9.81;         // [m/s²]
 constexpr double kSway = 0.2;             // by which a resting hand may feel the block swing [N]
+constexpr double kCalmSway = 0.05;        // of that, before a fault [N]
 constexpr int64_t kTakenNs = 1500 * kMs;  // from then on, until the block hangs calm
 constexpr size_t kCalm = 100;             // commands without a swing, whose period is 89 ms
 const std::vector<std::string> kTakingHand{"--grasp", "-3 mm", "6 mm"};
@@ -390,6 +391,17 @@ bool TortureSession::wait_until(const std::function<bool()>& condition, int64_t 
 }
 
 std::optional<int64_t> TortureSession::wait_whole(int64_t from_ns, int64_t patience_ns) {
+  return wait_whole(rules(), from_ns, patience_ns);
+}
+
+bool TortureSession::wait_calm(int64_t patience_ns) {
+  std::vector<ForceRules> parts = rules();
+  for (ForceRules& part : parts) part.sway = std::min(part.sway, kCalmSway);
+  return wait_whole(parts, now_ns(), patience_ns).has_value();
+}
+
+std::optional<int64_t> TortureSession::wait_whole(std::vector<ForceRules> parts, int64_t from_ns,
+                                                  int64_t patience_ns) {
   std::optional<int64_t> whole_ns;
   int64_t look_ns = 0;
   wait_until(
@@ -397,7 +409,7 @@ std::optional<int64_t> TortureSession::wait_whole(int64_t from_ns, int64_t patie
         if (now_ns() < look_ns) return false;
         look_ns = now_ns() + kJudgeNs;
         whole_ns = from_ns;
-        for (const ForceRules& part : rules()) {
+        for (const ForceRules& part : parts) {
           const auto whole = whole_again(part, records_since(from_ns - kCommandContextNs), from_ns);
           whole_ns = whole && whole_ns ? std::max(whole_ns, whole) : std::nullopt;
         }
@@ -414,7 +426,7 @@ bool TortureSession::take(int64_t patience_ns) {
   for (const int64_t give_up_ns = now_ns() + patience_ns; now_ns() < give_up_ns;) {
     send_order(emulator_->pid(), static_cast<int>(EmulatorFault::kGrasp));
     pause(kReachNs);
-    if (wait_whole(now_ns(), kTakenNs)) return true;
+    if (wait_calm(kTakenNs)) return true;
   }
   return false;
 }

@@ -85,6 +85,10 @@ class TortureSession {
   /// Waits for recovery after from_ns; returns the time of the first such command.
   std::optional<int64_t> wait_whole(int64_t from_ns, int64_t patience_ns);
 
+  /// Waits until a block that is held hangs so still that the next fault finds it at rest; false
+  /// after patience_ns.
+  bool wait_calm(int64_t patience_ns);
+
   /// Records of the emulator since forget_before().
   const std::vector<EmulatorRecord>& records() const { return records_; }
   void forget_before(int64_t t_ns);
@@ -145,6 +149,8 @@ class TortureSession {
     std::optional<std::string> before_;
   };
 
+  std::optional<int64_t> wait_whole(std::vector<ForceRules> parts, int64_t from_ns,
+                                    int64_t patience_ns);
   void link_programs(const std::string& from) const;
   std::string write_config() const;
   void write_tool(std::ostream& out) const;
