@@ -19,3 +19,7 @@ if(NOT HAPTIC_SANITIZE AND CMAKE_GENERATOR STREQUAL "Ninja")
     set_tests_properties(growth_catches_${program} PROPERTIES PASS_REGULAR_EXPRESSION "is linked with")
   endforeach()
 endif()
+
+# the joining of changes/ into CHANGELOG.md, in a copy
+add_test(NAME release COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/install/release.sh ${CMAKE_SOURCE_DIR}
+  ${CMAKE_CURRENT_BINARY_DIR}/release)
