@@ -6,7 +6,7 @@
 cmake_minimum_required(VERSION 3.25)
 
 # what others may link is Apache-2.0, the programs are GPL-3.0-or-later
-set(apache_files "^(proto/|clients/(examples|library)/)")
+set(apache_files "^(proto/|clients/(examples|library|log)/)")
 
 # longest allowed, first match wins: files | lines
 set(caps

@@ -6,7 +6,7 @@ FNR == 1 {
   inside = 0
   room = FILENAME
   sub("^tests/", "", room)
-  area = match(room, "^[^/]+/[^/]+/") ? substr(room, 1, RLENGTH) : substr(room, 1, index(room, "/"))
+  area = match(room, "^(clients/lab/[^/]+/|[^/]+/[^/]+/)") ? substr(room, 1, RLENGTH) : substr(room, 1, index(room, "/"))
   if (room != FILENAME) area = "tests/" area
 }
 /^namespace \{/ { inside = 1 }

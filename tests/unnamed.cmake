@@ -8,7 +8,7 @@ list(TRANSFORM rooms APPEND "/*.cpp")
 list(TRANSFORM rooms PREPEND "${ROOT}/")
 file(GLOB_RECURSE sources RELATIVE ${ROOT} ${rooms})
 # each measure has rows by the same names; programs of few files
-list(FILTER sources EXCLUDE REGEX "^(clients/bench/(peers/)?[^/]+|tests/outside/.*)$")
+list(FILTER sources EXCLUDE REGEX "^(clients/lab/bench/(peers/)?[^/]+|tests/outside/.*)$")
 list(LENGTH sources count)
 execute_process(COMMAND awk -f ${CMAKE_CURRENT_LIST_DIR}/unnamed.awk ${sources} WORKING_DIRECTORY ${ROOT}
   RESULT_VARIABLE status OUTPUT_VARIABLE said ERROR_VARIABLE said)

@@ -1,33 +1,30 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
+
+#include "proto/config/command_line.h"
+
 /// The sub-commands of `hapt`, one file each. Each function adds its command and action to the app;
 /// the action runs during parsing. It throws std::exception (one line for people, exit code 1; an
 /// InputError 2), or ExitCode if the code alone is enough.
 namespace haptic {
 
-class Command;
+#define COMMAND(name) void add_##name##_command(Command& app);
+#define COMMAND_OF(name, program, help) COMMAND(name)
+#include "clients/hapt/commands.def"
 
-void add_bake_command(Command& app);
-void add_bench_command(Command& app);
-void add_bode_command(Command& app);
-void add_clearance_command(Command& app);
-void add_control_commands(Command& app);
-void add_demo_command(Command& app);
-void add_devices_command(Command& app);
-void add_diff_command(Command& app);
-void add_doctor_command(Command& app);
-void add_eval_command(Command& app);
-void add_export_command(Command& app);
-void add_info_command(Command& app);
-void add_passivity_command(Command& app);
-void add_record_command(Command& app);
-void add_recover_command(Command& app);
-void add_replay_command(Command& app);
-void add_selftest_command(Command& app);
-void add_top_command(Command& app);
-void add_torture_command(Command& app);
-void add_view_command(Command& app);
-void add_zwidth_command(Command& app);
+/// A command that another program holds.
+struct CommandElsewhere {
+  std::string_view name, program, help;
+};
+inline constexpr std::array kCommandsElsewhere{
+#define COMMAND(name)
+#define COMMAND_OF(name, program, help) CommandElsewhere{#name, program, help},
+#include "clients/hapt/commands.def"
+};
+
+/// Adds one of them as `hapt --help` shows it.
+Command add_elsewhere(Command& app, std::string_view name);
 
 }  // namespace haptic

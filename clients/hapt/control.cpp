@@ -129,7 +129,7 @@ void add_lead(Command& app) {
 
 }  // namespace
 
-void add_control_commands(Command& app) {
+void add_control_command(Command& app) {
   add_status(app);
   add_set(app);
   add_lead(app);

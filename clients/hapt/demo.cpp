@@ -20,6 +20,7 @@
 #include "clients/hapt/scenes.h"
 #include "clients/hapt/session_process.h"
 #include "clients/library/recorder.h"
+#include "clients/log/trace_writer.h"
 #include "clients/report/session_plot.h"
 #include "clients/report/summary.h"
 #include "clients/report/verdict.h"

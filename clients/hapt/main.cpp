@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <span>
 #include <stdexcept>
 #include <string>
 
 #include "clients/hapt/commands.h"
-#include "clients/hapt/lab_commands.h"
 #include "clients/hapt/run_hapt.h"
 #include "proto/ipc/process.h"
 #include "proto/os/programs.h"
@@ -17,52 +17,33 @@
 namespace haptic {
 namespace {
 
-/// The program of a command; empty: it is one of this program.
-std::string program_of(const std::string& word) {
-  const auto command = std::find_if(kLabCommands.begin(), kLabCommands.end(),
-                                    [&](const LabCommand* one) { return word == one->name; });
-  return command == kLabCommands.end() ? "" : (*command)->program;
+/// The program of the first word that names a command; empty: this one, or no word names one.
+std::string program_for(const Command& app, std::span<char*> words) {
+  for (const char* word : words) {
+    const auto row = std::ranges::find(kCommandsElsewhere, word, &CommandElsewhere::name);
+    if (row != kCommandsElsewhere.end()) return std::string(row->program);
+    if (app.has_subcommand(word)) break;
+  }
+  return "";
 }
 
-/// Decides by the first word that names a command.
-std::string program_for(const Command& app, int argc, char** argv) {
-  const auto is_command = [&](const char* word) { return app.has_subcommand(word); };
-  char** const end = argv + argc;
-  char** const command = std::find_if(std::min(argv + 1, end), end, is_command);
-  return command == end ? "" : program_of(*command);
+std::string path_of(std::string_view program) {
+  return own_folder() + "/" + std::string(program);
 }
 
 /// Replaces this process by another program with the same arguments.
 [[noreturn]] void become(const std::string& program, char** argv) {
-  const std::string path = own_folder() + "/" + program;
+  const std::string path = path_of(program);
   execv(path.c_str(), argv);
   throw std::runtime_error(cannot_start(path, errno));
 }
 
-/// In the order of `hapt --help`.
+/// Those of other programs where these are: packages leave the laboratory out.
 void add_commands(Command& app) {
-  const auto add_of_lab = [&](const LabCommand& lab) { app.subcommand(lab.name, lab.help); };
-  add_demo_command(app);
-  add_replay_command(app);
-  add_of_lab(kViewCommand);
-  add_top_command(app);
-  add_record_command(app);
-  add_info_command(app);
-  add_diff_command(app);
-  add_clearance_command(app);
-  add_recover_command(app);
-  add_export_command(app);
-  add_of_lab(kEvalCommand);
-  add_of_lab(kZwidthCommand);
-  add_of_lab(kPassivityCommand);
-  add_of_lab(kBodeCommand);
-  add_devices_command(app);
-  add_doctor_command(app);
-  add_bake_command(app);
-  add_of_lab(kBenchCommand);
-  add_of_lab(kSelftestCommand);
-  add_of_lab(kTortureCommand);
-  add_control_commands(app);
+#define COMMAND(name) add_##name##_command(app);
+#define COMMAND_OF(name, program, help) \
+  if (access(path_of(program).c_str(), X_OK) == 0) add_elsewhere(app, #name);
+#include "clients/hapt/commands.def"
 }
 
 }  // namespace
@@ -71,7 +52,8 @@ void add_commands(Command& app) {
 int main(int argc, char** argv) {
   return haptic::run_hapt(argc, argv, [&](haptic::Command& app) {
     haptic::add_commands(app);
-    const std::string program = haptic::program_for(app, argc, argv);
+    const std::span words(argv + std::min(argc, 1), argv + argc);
+    const std::string program = haptic::program_for(app, words);
     if (!program.empty()) haptic::become(program, argv);
   });
 }

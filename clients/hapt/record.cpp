@@ -16,6 +16,7 @@
 #include "clients/hapt/session_choice.h"
 #include "clients/library/client.h"
 #include "clients/library/recorder.h"
+#include "clients/log/trace_writer.h"
 #include "proto/config/command_line.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"

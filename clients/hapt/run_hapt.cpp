@@ -1,12 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/hapt/run_hapt.h"
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <iostream>
 
+#include "clients/hapt/commands.h"
+#include "proto/math/assert.h"
+
 namespace haptic {
+
+Command add_elsewhere(Command& app, std::string_view name) {
+  const auto row = std::ranges::find(kCommandsElsewhere, name, &CommandElsewhere::name);
+  HAPTIC_ASSERT(row != kCommandsElsewhere.end());
+  return app.subcommand(std::string(row->name), std::string(row->help));
+}
 
 int run_hapt(int argc, char** argv, const std::function<void(Command&)>& add_commands) try {
   // exceeding the file size limit becomes a reported write error instead of a signal

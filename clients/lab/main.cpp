@@ -3,14 +3,19 @@
 #include "clients/hapt/commands.h"
 #include "clients/hapt/run_hapt.h"
 
+namespace haptic {
+namespace {
+
+void add_lab_commands(Command& app) {
+#define COMMAND(name)
+#define COMMAND_OF(name, program, help) \
+  if constexpr (std::string_view(program) == "hapt-lab") add_##name##_command(app);
+#include "clients/hapt/commands.def"
+}
+
+}  // namespace
+}  // namespace haptic
+
 int main(int argc, char** argv) {
-  return haptic::run_hapt(argc, argv, [](haptic::Command& app) {
-    haptic::add_eval_command(app);
-    haptic::add_bench_command(app);
-    haptic::add_selftest_command(app);
-    haptic::add_torture_command(app);
-    haptic::add_zwidth_command(app);
-    haptic::add_passivity_command(app);
-    haptic::add_bode_command(app);
-  });
+  return haptic::run_hapt(argc, argv, haptic::add_lab_commands);
 }

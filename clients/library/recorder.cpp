@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "clients/library/client.h"
-#include "proto/log/log_eyes.h"
+#include "clients/log/log_eyes.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {

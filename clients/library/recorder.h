@@ -12,6 +12,7 @@
 
 #include "clients/library/eyes.h"
 #include "clients/library/standard_messages.h"
+#include "clients/log/trace_writer.h"
 #include "proto/ipc/handout.h"
 #include "proto/log/trace.h"
 
@@ -45,7 +46,7 @@ class Recorder {
                     double standard_rate = 0);
 
   /// The meshes that the session hands out are written too, when they come and when they change:
-  /// as attachments (proto/log/log_eyes.h), and as markers beside the StandardMessages.
+  /// as attachments (clients/log/log_eyes.h), and as markers beside the StandardMessages.
   void follow(const EyeBook& eyes) { eyes_ = &eyes; }
   /// The pose X_WB of the device's base, for the StandardMessages.
   void set_base(const Pose& X_WB) { X_WB_ = X_WB; }

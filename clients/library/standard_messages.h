@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clients/library/ros_messages.h"
+#include "clients/log/trace_writer.h"
 #include "proto/log/trace.h"
 #include "proto/wire/wire.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/log/file_queue.h"
+#include "clients/log/file_queue.h"
 
 #include <fcntl.h>
 #include <pthread.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/log/log_index.h"
+#include "clients/log/log_index.h"
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "proto/log/log_columns.h"
+#include "clients/log/log_columns.h"
 #include "proto/log/trace.h"
 
 namespace haptic {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/log/log_survey.h"
+#include "clients/log/log_survey.h"
 
 #include <algorithm>
 #include <cstring>

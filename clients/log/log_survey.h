@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "proto/log/log_index.h"
+#include "clients/log/log_index.h"
 #include "proto/math/pose.h"
 
 namespace haptic {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/log/mcap.h"
+#include "clients/log/mcap_writer.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/log/recover.h"
+#include "clients/log/recover.h"
 
 #include <map>
 
+#include "clients/log/mcap_writer.h"
 #include "proto/log/mcap.h"
 
 namespace haptic {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/log/topic_cursor.h"
+#include "clients/log/topic_cursor.h"
 
 namespace haptic {
 

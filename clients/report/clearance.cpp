@@ -7,10 +7,10 @@
 #include <optional>
 #include <string_view>
 
+#include "clients/log/log_index.h"
 #include "contact/query/point/closest_point.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/shape/mesh/mesh_topology.h"
-#include "proto/log/log_index.h"
 #include "proto/os/message.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/scene_pose.h"

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "proto/log/log_columns.h"
-#include "proto/log/topic_cursor.h"
+#include "clients/log/log_columns.h"
+#include "clients/log/topic_cursor.h"
 #include "proto/os/message.h"
 
 namespace haptic {

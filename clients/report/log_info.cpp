@@ -9,8 +9,8 @@
 #include <map>
 #include <optional>
 
+#include "clients/log/log_columns.h"
 #include "clients/report/summary.h"
-#include "proto/log/log_columns.h"
 #include "proto/log/trace.h"
 #include "proto/os/message.h"
 #include "proto/wire/renderer.h"

@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "clients/hapt/commands.h"
-#include "clients/hapt/lab_commands.h"
 #include "clients/hapt/session_choice.h"
 #include "clients/view/bridge.h"
 #include "clients/view/log_source.h"
@@ -123,7 +122,7 @@ void show(const ViewCommand& options) {
 
 void add_view_command(Command& app) {
   const auto options = std::make_shared<ViewCommand>();
-  Command command = app.subcommand(kViewCommand.name, kViewCommand.help);
+  Command command = add_elsewhere(app, "view");
   add_session(command, options->session);
   command.option("SESSION", options->session.name, "a session, or the file of a recording (.mcap)")
       .excludes("--session");

@@ -6,10 +6,10 @@
 #include <iostream>
 #include <limits>
 
+#include "clients/log/log_eyes.h"
 #include "clients/view/frame.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/ipc/eye_file.h"
-#include "proto/log/log_eyes.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
 

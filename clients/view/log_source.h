@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "clients/log/log_index.h"
 #include "clients/view/frame_source.h"
 #include "clients/view/playback.h"
-#include "proto/log/log_index.h"
 
 namespace haptic {
 

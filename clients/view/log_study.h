@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "clients/log/log_survey.h"
 #include "clients/view/web/web.h"
-#include "proto/log/log_survey.h"
 
 namespace haptic {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <variant>
 
-#include "proto/log/log_survey.h"
+#include "clients/log/log_survey.h"
 #include "proto/math/pose.h"
 
 /// The text messages of a page (docs/view-protocol.md).

@@ -7,10 +7,10 @@
 #include <string_view>
 #include <vector>
 
+#include "clients/log/log_survey.h"
 #include "clients/view/view.h"
 #include "clients/view/web/web.h"
 #include "proto/config/config.h"
-#include "proto/log/log_survey.h"
 
 namespace haptic {
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string_view>
 
-/// Parts of the format common to mcap_write.cpp and mcap_read.cpp; internal.
+/// Parts of the format common to the reader and the writer of recordings; internal.
 namespace haptic::mcap {
 
 inline constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);

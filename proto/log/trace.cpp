@@ -1,23 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/log/trace.h"
 
-#include <sys/utsname.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "proto/os/message.h"
-#include "proto/os/version.h"
 
 namespace haptic {
-namespace {
-
-// CDR, little endian, as in ROS 2; alignment counts from after these bytes
-constexpr std::array<std::byte, 4> kCdrHeader{std::byte{0}, std::byte{1}, std::byte{0},
-                                              std::byte{0}};
-
-}  // namespace
-
 const std::array<TopicInfo, 5> kTopics{
     info_of(servo_topic(kFirstHand), "one record a servo tick"),
     info_of(contact_topic(kFirstHand), "answers of collision detection"),
@@ -31,71 +20,6 @@ const TopicInfo* find_topic(std::string_view name) {
     if (topic.name == name) return &topic;
   }
   return nullptr;
-}
-
-McapMetadata recording_metadata(const std::string& session, const std::string& config_toml) {
-  utsname machine{};
-  ::uname(&machine);
-  return {
-      {"version", version()},
-      {"abi", std::to_string(kAbiMajor) + "." + std::to_string(kAbiMinor)},
-      {"session", session},
-      {"config", config_toml},
-      {"host", machine.nodename},
-      {"kernel", std::string(machine.sysname) + " " + machine.release + " " + machine.machine},
-  };
-}
-
-TraceWriter::TraceWriter(const std::string& path, const McapMetadata& metadata,
-                         std::span<const TopicInfo> topics)
-    : mcap_(path) {
-  for (const TopicInfo& topic : topics) {
-    const std::string text = full_definition(topic.text);
-    channels_.push_back({topic.name, add_channel(topic.name, topic.schema, text, topic.what)});
-  }
-  mcap_.add_metadata("recording", metadata);
-  // who reads the file from here on finds its topics
-  if (!mcap_.flush()) throw McapError(mcap_.error());
-}
-
-uint16_t TraceWriter::add_channel(std::string_view topic, std::string_view schema,
-                                  std::string_view definition, std::string_view what) {
-  return mcap_.add_channel(mcap_.add_schema(schema, "ros2msg", definition), topic, "cdr",
-                           {{"what", std::string(what)},
-                            {"log_time", "CLOCK_REALTIME"},
-                            {"publish_time", "CLOCK_MONOTONIC"}});
-}
-
-bool TraceWriter::write_message(uint16_t channel, std::span<const std::byte> message,
-                                const Stamp& stamp) {
-  return mcap_.write({channel, static_cast<uint32_t>(stamp.sequence),
-                      static_cast<uint64_t>(stamp.realtime_ns), static_cast<uint64_t>(stamp.t_ns),
-                      message});
-}
-
-const TraceWriter::Channel* TraceWriter::find_channel(std::string_view topic) const {
-  for (const Channel& channel : channels_) {
-    if (channel.topic == topic) return &channel;
-  }
-  return nullptr;
-}
-
-bool TraceWriter::write_bytes(std::string_view topic, const void* value, size_t size,
-                              const Stamp& stamp) {
-  const Channel* channel = find_channel(topic);
-  if (channel == nullptr) {
-    throw McapError("'" + std::string(topic) + "' is not a topic of this recording");
-  }
-  // the struct is its own CDR encoding, checked in schema.cpp
-  const std::byte* bytes = static_cast<const std::byte*>(value);
-  message_.assign(kCdrHeader.begin(), kCdrHeader.end());
-  message_.insert(message_.end(), bytes, bytes + size);
-  return write_message(channel->id, message_, stamp);
-}
-
-uint64_t TraceWriter::written(std::string_view topic) const {
-  const Channel* channel = find_channel(topic);
-  return channel == nullptr ? 0 : mcap_.written(channel->id);
 }
 
 TraceReader::TraceReader(const std::string& path) : path_(path), mcap_(path) {}

@@ -42,13 +42,16 @@ fs::path shared_folder(const std::string& what) {
 }
 
 std::string cannot_start(const std::string& path, int error) {
-  std::string mend = "it belongs to the package hapticd; install that again";
+  const std::string name = fs::path(path).filename();
+  std::string mend = name == "hapt-lab"
+                         ? "it measures and tests hapticd, which the packages leave to the source: "
+                           "clone it, then ./run build"
+                         : "it belongs to the package hapticd; install that again";
   if (!environment("HAPTICD_LIBEXEC").empty()) {
     mend = "HAPTICD_LIBEXEC has to name the folder of all programs";
   } else if (!source_tree().empty()) {
-    const bool shows = fs::path(path).filename() == "haptic-view";
-    mend =
-        shows ? "`./run demo --view` builds it, as does `./run build`" : "`./run build` builds it";
+    mend = name == "haptic-view" ? "`./run demo --view` builds it, as does `./run build`"
+                                 : "`./run build` builds it";
   }
   return path + ": cannot be started (" + std::strerror(error) + "); " + mend;
 }

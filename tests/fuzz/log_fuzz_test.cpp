@@ -11,10 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "clients/log/log_eyes.h"
+#include "clients/log/trace_writer.h"
 #include "proto/ipc/eye_file.h"
 #include "proto/log/csv.h"
 #include "proto/log/hand_trace.h"
-#include "proto/log/log_eyes.h"
 #include "tests/fuzz/fuzz_run.h"
 #include "tests/fuzz/hostile_input.h"
 #include "tests/proto/log/mcap_bytes.h"

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/log/trace_writer.h"
 #include "proto/log/csv.h"
 #include "proto/log/hand_trace.h"
 #include "tests/fuzz/fuzz_run.h"

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "clients/torture/account.h"
+#include "clients/lab/torture/account.h"
 #include "proto/os/programs.h"
 #include "tests/process/faulted_session.h"
 #include "tests/support/torture_scale.h"

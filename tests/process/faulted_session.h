@@ -7,7 +7,7 @@
 #include <functional>
 #include <string>
 
-#include "clients/torture/faults.h"
+#include "clients/lab/torture/faults.h"
 #include "tests/process/watcher.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/torture_scale.h"

@@ -7,7 +7,7 @@
 #include <random>
 #include <thread>
 
-#include "clients/lab/forked_process.h"
+#include "clients/lab/support/forked_process.h"
 #include "proto/os/realtime.h"
 #include "tests/process/ring_torture.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <fstream>
 
-#include "clients/lab/forked_process.h"
+#include "clients/lab/support/forked_process.h"
 #include "proto/log/trace.h"
 #include "proto/os/programs.h"
 #include "tests/process/hapt_command.h"

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "clients/lab/forked_process.h"
+#include "clients/lab/support/forked_process.h"
 #include "proto/ipc/handout.h"
 #include "proto/os/realtime.h"
 #include "tests/process/ring_torture.h"

@@ -6,9 +6,9 @@
 #include <fstream>
 #include <string>
 
+#include "clients/log/log_eyes.h"
 #include "proto/config/config.h"
 #include "proto/ipc/eye_file.h"
-#include "proto/log/log_eyes.h"
 #include "proto/log/trace.h"
 #include "tests/process/hapt_command.h"
 #include "tests/process/watcher.h"

@@ -10,8 +10,8 @@
 #include <string>
 #include <thread>
 
+#include "clients/lab/selftest/rt_guard.h"
 #include "proto/os/realtime.h"
-#include "proto/os/rt_guard.h"
 
 namespace haptic::test {
 

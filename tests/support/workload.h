@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "clients/eval/scenes/workload.h"
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/eval/scenes/workload.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "proto/math/units.h"
 
 namespace haptic::test {

@@ -7,12 +7,13 @@
 #include <sstream>
 #include <thread>
 
+#include "clients/log/log_eyes.h"
+#include "clients/log/trace_writer.h"
 #include "clients/view/bridge.h"
 #include "clients/view/log_source.h"
 #include "clients/view/scene.h"
 #include "proto/ipc/eye_file.h"
 #include "proto/log/csv.h"
-#include "proto/log/log_eyes.h"
 #include "proto/math/units.h"
 #include "proto/os/message.h"
 #include "tests/support/temporary_folder.h"

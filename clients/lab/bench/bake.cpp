@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/benches.h"
+#include "clients/lab/bench/benches.h"
 
 #include <algorithm>
 #include <ctime>
@@ -7,7 +7,7 @@
 #include <functional>
 #include <memory>
 
-#include "clients/bench/workloads/workload.h"
+#include "clients/lab/bench/workloads/workload.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/cache.h"
 #include "contact/bake/grid.h"

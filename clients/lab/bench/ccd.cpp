@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/benches.h"
+#include "clients/lab/bench/benches.h"
 
 #include <algorithm>
 #include <memory>
 
-#include "clients/bench/peers/ccd.h"
-#include "clients/bench/peers/pair.h"
-#include "clients/bench/reference/conservative_advancement.h"
-#include "clients/bench/reference/feature_boxes.h"
-#include "clients/bench/reference/redon_intervals.h"
-#include "clients/bench/workloads/proximity.h"
-#include "clients/bench/workloads/turns.h"
+#include "clients/lab/bench/peers/ccd.h"
+#include "clients/lab/bench/peers/pair.h"
+#include "clients/lab/bench/reference/conservative_advancement.h"
+#include "clients/lab/bench/reference/feature_boxes.h"
+#include "clients/lab/bench/reference/redon_intervals.h"
+#include "clients/lab/bench/workloads/proximity.h"
+#include "clients/lab/bench/workloads/turns.h"
 #include "contact/query/sweep/swept_mesh.h"
 #include "proto/config/command_line.h"
 #include "proto/os/environment.h"

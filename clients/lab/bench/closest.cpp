@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/benches.h"
+#include "clients/lab/bench/benches.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,10 +7,10 @@
 #include <limits>
 #include <memory>
 
-#include "clients/bench/peers/closest.h"
-#include "clients/bench/workloads/turns.h"
-#include "clients/bench/workloads/workload.h"
-#include "clients/eval/scenes/rigid_scenes.h"
+#include "clients/lab/bench/peers/closest.h"
+#include "clients/lab/bench/workloads/turns.h"
+#include "clients/lab/bench/workloads/workload.h"
+#include "clients/lab/eval/scenes/rigid_scenes.h"
 #include "contact/bake/bake.h"
 #include "contact/query/point/closest_point.h"
 #include "contact/shape/mesh/mesh_topology.h"

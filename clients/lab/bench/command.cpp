@@ -3,10 +3,9 @@
 #include <array>
 #include <memory>
 
-#include "clients/bench/benches.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/lab_commands.h"
 #include "clients/hapt/options.h"
+#include "clients/lab/bench/benches.h"
 #include "clients/report/print_rows.h"
 
 namespace haptic {
@@ -102,7 +101,7 @@ void add(Command& benches, const Bench& bench) {
 }  // namespace
 
 void add_bench_command(Command& app) {
-  Command benches = app.subcommand(kBenchCommand.name, kBenchCommand.help);
+  Command benches = add_elsewhere(app, "bench");
   benches.require_subcommand();
   benches.example("hapt bench ring --rounds 3");
   for (const Bench& bench : kBenches) add(benches, bench);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/benches.h"
+#include "clients/lab/bench/benches.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +12,8 @@
 #include <thread>
 #include <vector>
 
-#include "clients/lab/forked_process.h"
-#include "clients/lab/jitter_rows.h"
+#include "clients/lab/support/forked_process.h"
+#include "clients/lab/support/jitter_rows.h"
 #include "proto/config/command_line.h"
 #include "proto/os/progress.h"
 

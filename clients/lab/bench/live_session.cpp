@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/live_session.h"
+#include "clients/lab/bench/live_session.h"
 
 #include <unistd.h>
 

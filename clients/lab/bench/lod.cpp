@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "clients/bench/benches.h"
-#include "clients/bench/workloads/lod_pairs.h"
-#include "clients/bench/workloads/turns.h"
-#include "clients/lab/thread_cpu.h"
+#include "clients/lab/bench/benches.h"
+#include "clients/lab/bench/workloads/lod_pairs.h"
+#include "clients/lab/bench/workloads/turns.h"
+#include "clients/lab/support/thread_cpu.h"
 #include "contact/bake/session.h"
 #include "contact/step.h"
 #include "proto/config/command_line.h"

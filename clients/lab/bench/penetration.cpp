@@ -3,16 +3,16 @@
 #include <cmath>
 #include <memory>
 
-#include "clients/bench/benches.h"
-#include "clients/bench/peers/depth.h"
-#include "clients/bench/workloads/convex_pairs.h"
-#include "clients/bench/workloads/turns.h"
+#include "clients/lab/bench/benches.h"
+#include "clients/lab/bench/peers/depth.h"
+#include "clients/lab/bench/workloads/convex_pairs.h"
+#include "clients/lab/bench/workloads/turns.h"
+#include "clients/lab/selftest/rt_guard.h"
 #include "contact/bake/convex/hull_of_points.h"
 #include "contact/query/convex/closest_features.h"
 #include "contact/query/convex/expanding_polytope.h"
 #include "contact/query/convex/penetration_depth.h"
 #include "proto/config/command_line.h"
-#include "proto/os/rt_guard.h"
 
 namespace haptic {
 namespace {

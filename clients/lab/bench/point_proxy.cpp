@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/benches.h"
+#include "clients/lab/bench/benches.h"
 
 #include <limits>
 #include <memory>
 
-#include "clients/eval/renderer.h"
-#include "clients/eval/scenes/workload.h"
-#include "clients/lab/scripted_hand.h"
-#include "clients/lab/thread_cpu.h"
+#include "clients/lab/eval/renderer.h"
+#include "clients/lab/eval/scenes/workload.h"
+#include "clients/lab/selftest/rt_guard.h"
+#include "clients/lab/support/scripted_hand.h"
+#include "clients/lab/support/thread_cpu.h"
 #include "clients/library/histogram.h"
 #include "proto/config/command_line.h"
 #include "proto/os/progress.h"
-#include "proto/os/rt_guard.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {

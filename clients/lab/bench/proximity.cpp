@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/benches.h"
+#include "clients/lab/bench/benches.h"
 
 #include <algorithm>
 #include <array>
 #include <functional>
 #include <memory>
 
-#include "clients/bench/peers/pair.h"
-#include "clients/bench/workloads/proximity.h"
-#include "clients/bench/workloads/turns.h"
-#include "clients/lab/thread_cpu.h"
+#include "clients/lab/bench/peers/pair.h"
+#include "clients/lab/bench/workloads/proximity.h"
+#include "clients/lab/bench/workloads/turns.h"
+#include "clients/lab/selftest/rt_guard.h"
+#include "clients/lab/support/thread_cpu.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/query/proximity/near_contacts.h"
 #include "contact/query/proximity/near_front.h"
 #include "proto/config/command_line.h"
-#include "proto/os/rt_guard.h"
 
 namespace haptic {
 namespace {

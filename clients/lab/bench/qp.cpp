@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/benches.h"
+#include "clients/lab/bench/benches.h"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>
 
-#include "clients/bench/peers/qp.h"
-#include "clients/bench/workloads/turns.h"
+#include "clients/lab/bench/peers/qp.h"
+#include "clients/lab/bench/workloads/turns.h"
+#include "clients/lab/selftest/rt_guard.h"
 #include "proto/config/command_line.h"
 #include "proto/math/coulomb.h"
 #include "proto/math/lcp.h"
 #include "proto/math/qp.h"
 #include "proto/math/units.h"
-#include "proto/os/rt_guard.h"
 
 namespace haptic {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/benches.h"
+#include "clients/lab/bench/benches.h"
 
 #include <unistd.h>
 
@@ -8,11 +8,11 @@
 #include <memory>
 #include <stdexcept>
 
-#include "clients/bench/peers/pair.h"
-#include "clients/bench/workloads/proximity.h"
-#include "clients/bench/workloads/turns.h"
-#include "clients/eval/scenes/rigid_scenes.h"
-#include "clients/lab/thread_cpu.h"
+#include "clients/lab/bench/peers/pair.h"
+#include "clients/lab/bench/workloads/proximity.h"
+#include "clients/lab/bench/workloads/turns.h"
+#include "clients/lab/eval/scenes/rigid_scenes.h"
+#include "clients/lab/support/thread_cpu.h"
 #include "clients/library/histogram.h"
 #include "clients/report/rigid_pose.h"
 #include "contact/detect/body/body_detectors.h"

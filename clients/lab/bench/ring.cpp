@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/benches.h"
+#include "clients/lab/bench/benches.h"
 
 #include <array>
 #include <boost/lockfree/spsc_queue.hpp>
@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "clients/bench/workloads/burst.h"
+#include "clients/lab/bench/workloads/burst.h"
 #include "proto/ipc/segment.h"
 #include "proto/math/units.h"
 #include "proto/os/progress.h"

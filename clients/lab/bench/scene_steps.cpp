@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/scene_steps.h"
+#include "clients/lab/bench/scene_steps.h"
 
 #include <algorithm>
 #include <array>
 #include <memory>
 #include <span>
 
-#include "clients/bench/workloads/turns.h"
-#include "clients/lab/lockstep.h"
-#include "clients/lab/thread_cpu.h"
+#include "clients/lab/bench/workloads/turns.h"
+#include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/thread_cpu.h"
 #include "contact/bake/session.h"
 #include "device-io/device.h"
 #include "proto/os/realtime.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/benches.h"
+#include "clients/lab/bench/benches.h"
 
 #include <algorithm>
 #include <array>
@@ -7,12 +7,12 @@
 #include <map>
 #include <memory>
 
-#include "clients/bench/peers/segment.h"
-#include "clients/bench/reference/query_costs.h"
-#include "clients/bench/reference/segment_searches.h"
-#include "clients/bench/workloads/turns.h"
-#include "clients/bench/workloads/workload.h"
-#include "clients/eval/scenes/rigid_scenes.h"
+#include "clients/lab/bench/peers/segment.h"
+#include "clients/lab/bench/reference/query_costs.h"
+#include "clients/lab/bench/reference/segment_searches.h"
+#include "clients/lab/bench/workloads/turns.h"
+#include "clients/lab/bench/workloads/workload.h"
+#include "clients/lab/eval/scenes/rigid_scenes.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/grid.h"
 #include "contact/shape/mesh/mesh_topology.h"

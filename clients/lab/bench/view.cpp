@@ -10,11 +10,11 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "clients/bench/benches.h"
-#include "clients/bench/live_session.h"
-#include "clients/bench/workloads/viewers.h"
 #include "clients/hapt/session_process.h"
-#include "clients/lab/forked_process.h"
+#include "clients/lab/bench/benches.h"
+#include "clients/lab/bench/live_session.h"
+#include "clients/lab/bench/workloads/viewers.h"
+#include "clients/lab/support/forked_process.h"
 #include "clients/library/client.h"
 #include "clients/report/median.h"
 #include "proto/config/command_line.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/benches.h"
+#include "clients/lab/bench/benches.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,12 +10,12 @@
 #include <random>
 #include <stdexcept>
 
-#include "clients/bench/reference/voxel_tree.h"
-#include "clients/bench/voxel_ceiling.h"
-#include "clients/bench/voxel_contact.h"
-#include "clients/eval/scenes/rigid_scenes.h"
-#include "clients/eval/scenes/workload.h"
-#include "clients/lab/thread_cpu.h"
+#include "clients/lab/bench/reference/voxel_tree.h"
+#include "clients/lab/bench/voxel_ceiling.h"
+#include "clients/lab/bench/voxel_contact.h"
+#include "clients/lab/eval/scenes/rigid_scenes.h"
+#include "clients/lab/eval/scenes/workload.h"
+#include "clients/lab/support/thread_cpu.h"
 #include "clients/report/median.h"
 #include "contact/bake/volume.h"
 #include "contact/query/volume/shell_in_field.h"

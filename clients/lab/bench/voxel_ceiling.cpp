@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/voxel_ceiling.h"
+#include "clients/lab/bench/voxel_ceiling.h"
 
 #include <array>
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/voxel_contact.h"
+#include "clients/lab/bench/voxel_contact.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
 
-#include "clients/bench/peers/pair.h"
-#include "clients/bench/workloads/turns.h"
-#include "clients/bench/workloads/workload.h"
-#include "clients/lab/step_budget.h"
-#include "clients/lab/thread_cpu.h"
+#include "clients/lab/bench/peers/pair.h"
+#include "clients/lab/bench/workloads/turns.h"
+#include "clients/lab/bench/workloads/workload.h"
+#include "clients/lab/support/step_budget.h"
+#include "clients/lab/support/thread_cpu.h"
 #include "contact/bake/volume.h"
 #include "contact/detect/body/body_detectors.h"
 #include "contact/query/proximity/triangle_pairs.h"

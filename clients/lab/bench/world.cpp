@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "clients/bench/benches.h"
-#include "clients/bench/live_session.h"
-#include "clients/bench/peers/bodies.h"
-#include "clients/bench/scene_steps.h"
-#include "clients/bench/workloads/turns.h"
-#include "clients/lab/thread_cpu.h"
+#include "clients/lab/bench/benches.h"
+#include "clients/lab/bench/live_session.h"
+#include "clients/lab/bench/peers/bodies.h"
+#include "clients/lab/bench/scene_steps.h"
+#include "clients/lab/bench/workloads/turns.h"
+#include "clients/lab/support/thread_cpu.h"
 #include "clients/report/median.h"
 #include "contact/shape/mesh/generated.h"
 #include "proto/config/command_line.h"

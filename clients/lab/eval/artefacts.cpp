@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/artefacts.h"
+#include "clients/lab/eval/artefacts.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
-#include "clients/lab/lockstep.h"
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "clients/report/plot_svg.h"
 #include "proto/wire/renderer.h"
 

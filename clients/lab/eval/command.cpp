@@ -9,23 +9,22 @@
 #include <memory>
 #include <sstream>
 
-#include "clients/eval/artefacts.h"
-#include "clients/eval/compare/compare.h"
-#include "clients/eval/fingerprint.h"
-#include "clients/eval/free.h"
-#include "clients/eval/moving.h"
-#include "clients/eval/quality.h"
-#include "clients/eval/renderer.h"
-#include "clients/eval/rest.h"
-#include "clients/eval/rigid.h"
-#include "clients/eval/ruffaldi.h"
-#include "clients/eval/slow/slow_contact.h"
-#include "clients/eval/table.h"
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/lab_commands.h"
 #include "clients/hapt/options.h"
-#include "clients/lab/lockstep.h"
+#include "clients/lab/eval/artefacts.h"
+#include "clients/lab/eval/compare/compare.h"
+#include "clients/lab/eval/fingerprint.h"
+#include "clients/lab/eval/free.h"
+#include "clients/lab/eval/moving.h"
+#include "clients/lab/eval/quality.h"
+#include "clients/lab/eval/renderer.h"
+#include "clients/lab/eval/rest.h"
+#include "clients/lab/eval/rigid.h"
+#include "clients/lab/eval/ruffaldi.h"
+#include "clients/lab/eval/slow/slow_contact.h"
+#include "clients/lab/eval/table.h"
+#include "clients/lab/support/lockstep.h"
 #include "clients/report/print_rows.h"
 #include "clients/report/session_plot.h"
 #include "clients/report/summary.h"
@@ -367,7 +366,7 @@ void run_suite(EvalOptions& options, const Command& command) {
 
 void add_eval_command(Command& app) {
   const auto options = std::make_shared<EvalOptions>();
-  Command command = app.subcommand(kEvalCommand.name, kEvalCommand.help);
+  Command command = add_elsewhere(app, "eval");
   add_session_options(command, *options);
   add_renderer_options(command, *options);
   add_protocol_options(command, *options);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/drag.h"
+#include "clients/lab/eval/drag.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/fingerprint.h"
+#include "clients/lab/eval/fingerprint.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/lab/lockstep.h"
+#include "clients/lab/support/lockstep.h"
 #include "clients/report/report.h"
 
 namespace haptic {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/free.h"
+#include "clients/lab/eval/free.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include <numbers>
 #include <numeric>
 
-#include "clients/lab/lockstep.h"
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "proto/math/units.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"

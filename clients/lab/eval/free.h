@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "clients/eval/oracle/free_cgal.h"
-#include "clients/eval/scenes/free_scenes.h"
+#include "clients/lab/eval/oracle/free_cgal.h"
+#include "clients/lab/eval/scenes/free_scenes.h"
 #include "clients/report/report.h"
 
 namespace haptic {

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "clients/eval/oracle/oracle.h"
-#include "clients/eval/oracle/place.h"
+#include "clients/lab/eval/oracle/oracle.h"
+#include "clients/lab/eval/oracle/place.h"
 #include "clients/report/report.h"
 #include "proto/wire/wire.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/moving.h"
+#include "clients/lab/eval/moving.h"
 
 #include <algorithm>
 #include <array>
@@ -7,9 +7,9 @@
 #include <map>
 #include <string>
 
-#include "clients/eval/oracle/exact_cgal.h"
-#include "clients/eval/rigid.h"
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/eval/oracle/exact_cgal.h"
+#include "clients/lab/eval/rigid.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "clients/eval/scenes/moving_scenes.h"
-#include "clients/lab/lockstep.h"
+#include "clients/lab/eval/scenes/moving_scenes.h"
+#include "clients/lab/support/lockstep.h"
 #include "clients/report/report.h"
 
 namespace haptic {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/quality.h"
+#include "clients/lab/eval/quality.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "clients/eval/drag.h"
+#include "clients/lab/eval/drag.h"
 #include "contact/detect/body/body_detectors.h"
 #include "contact/detect/body/cluster_contact.h"
 #include "contact/detect/body/exact.h"

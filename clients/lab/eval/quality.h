@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/eval/scenes/quality_scenes.h"
+#include "clients/lab/eval/scenes/quality_scenes.h"
 #include "contact/bake/volume.h"
 #include "contact/detect/body/voxel.h"
 #include "contact/query/proximity/triangle_pairs.h"

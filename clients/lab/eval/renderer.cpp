@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/renderer.h"
+#include "clients/lab/eval/renderer.h"
 
 #include <memory>
 #include <variant>
 
-#include "clients/eval/friction.h"
-#include "clients/eval/oracle/sphere_oracle.h"
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/eval/friction.h"
+#include "clients/lab/eval/oracle/sphere_oracle.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "clients/report/plot_svg.h"
 #include "proto/config/devices.h"
 #include "proto/os/progress.h"

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "clients/eval/judge.h"
-#include "clients/eval/scenes/scan_work.h"
-#include "clients/lab/lockstep.h"
+#include "clients/lab/eval/judge.h"
+#include "clients/lab/eval/scenes/scan_work.h"
+#include "clients/lab/support/lockstep.h"
 
 namespace haptic {
 

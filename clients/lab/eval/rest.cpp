@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/rest.h"
+#include "clients/lab/eval/rest.h"
 
 #include <algorithm>
 #include <functional>
 
-#include "clients/eval/oracle/place.h"
-#include "clients/eval/oracle/rest_cgal.h"
-#include "clients/lab/lockstep.h"
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/eval/oracle/place.h"
+#include "clients/lab/eval/oracle/rest_cgal.h"
+#include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 

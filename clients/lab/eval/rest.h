@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/eval/scenes/rest_work.h"
+#include "clients/lab/eval/scenes/rest_work.h"
 #include "clients/report/report.h"
 
 namespace haptic {

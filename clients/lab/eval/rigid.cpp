@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/rigid.h"
+#include "clients/lab/eval/rigid.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "contact/shape/mesh/tool_body.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"

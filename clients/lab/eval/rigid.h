@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "clients/eval/rigid_judge.h"
-#include "clients/eval/scenes/rigid_scenes.h"
-#include "clients/lab/lockstep.h"
+#include "clients/lab/eval/rigid_judge.h"
+#include "clients/lab/eval/scenes/rigid_scenes.h"
+#include "clients/lab/support/lockstep.h"
 
 namespace haptic {
 

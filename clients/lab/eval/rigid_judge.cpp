@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/rigid_judge.h"
+#include "clients/lab/eval/rigid_judge.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/ruffaldi.h"
+#include "clients/lab/eval/ruffaldi.h"
 
 #include <algorithm>
 #include <random>
 
-#include "clients/eval/renderer.h"
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/eval/renderer.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "contact/bake/bake.h"
 #include "contact/query/point/closest_point.h"
 #include "proto/math/units.h"

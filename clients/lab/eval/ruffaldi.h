@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "clients/eval/scenes/workload.h"
-#include "clients/lab/lockstep.h"
-#include "clients/lab/traj.h"
+#include "clients/lab/eval/scenes/workload.h"
+#include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/traj.h"
 #include "clients/report/report.h"
 
 namespace haptic {

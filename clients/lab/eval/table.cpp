@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/table.h"
+#include "clients/lab/eval/table.h"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/eval/renderer.h"
+#include "clients/lab/eval/renderer.h"
 
 namespace haptic {
 

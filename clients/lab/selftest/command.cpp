@@ -7,11 +7,10 @@
 #include <thread>
 
 #include "clients/hapt/commands.h"
-#include "clients/hapt/lab_commands.h"
 #include "clients/hapt/options.h"
+#include "clients/lab/selftest/guarded_loop.h"
 #include "clients/report/print_rows.h"
 #include "clients/report/report.h"
-#include "clients/selftest/guarded_loop.h"
 #include "contact/bake/session.h"
 #include "proto/os/progress.h"
 #include "proto/os/realtime.h"
@@ -90,7 +89,7 @@ void run_selftest(const SelftestOptions& options) {
 
 void add_selftest_command(Command& app) {
   const auto options = std::make_shared<SelftestOptions>();
-  Command command = app.subcommand(kSelftestCommand.name, kSelftestCommand.help);
+  Command command = add_elsewhere(app, "selftest");
   add_config(command, options->config).show_default();
   command.option("--ticks", options->ticks, "how many, one after the other without waiting")
       .range(1, 1'000'000'000)

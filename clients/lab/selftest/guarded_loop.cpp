@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/selftest/guarded_loop.h"
+#include "clients/lab/selftest/guarded_loop.h"
 
 #include <sys/mman.h>
 #include <sys/socket.h>

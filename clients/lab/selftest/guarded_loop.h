@@ -6,11 +6,11 @@
 #include <functional>
 #include <memory>
 
+#include "clients/lab/selftest/rt_guard.h"
 #include "contact/step.h"
 #include "device-io/device.h"
 #include "proto/config/config.h"
 #include "proto/os/realtime.h"
-#include "proto/os/rt_guard.h"
 
 namespace haptic {
 

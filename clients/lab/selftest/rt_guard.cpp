@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-#include "proto/os/rt_guard.h"
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/lab/selftest/rt_guard.h"
 
 #include <cxxabi.h>
 #include <dlfcn.h>
@@ -17,7 +17,7 @@
 #include <string_view>
 #include <utility>
 
-#include "proto/os/rt_guard_filter.h"
+#include "clients/lab/selftest/rt_guard_filter.h"
 
 namespace haptic {
 namespace {

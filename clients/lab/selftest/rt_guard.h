@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
 #include <array>
@@ -8,8 +8,9 @@
 #include <string>
 
 /// Checks that a loop does nothing that may block: armed after warm-up, it catches forbidden
-/// actions of the thread by interposed libc functions (proto/os/rt_guard_hooks.cpp, linked only
-/// into test programs), a seccomp filter on system calls, and the kernel's counts of page faults.
+/// actions of the thread by interposed libc functions (clients/lab/selftest/rt_guard_hooks.cpp,
+/// linked only into test programs), a seccomp filter on system calls, and the kernel's counts of
+/// page faults.
 ///
 /// Not seen: an uncontended lock inside the C library, such as that of a FILE in a buffered fputc
 /// or fprintf. A contended one shows as a system call.

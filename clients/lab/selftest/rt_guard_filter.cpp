@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-#include "proto/os/rt_guard_filter.h"
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/lab/selftest/rt_guard_filter.h"
 
 #include <seccomp.h>
 #include <sys/resource.h>

@@ -1,7 +1,7 @@
-// SPDX-License-Identifier: Apache-2.0
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Interposed libc functions that a real-time loop must not call: each notifies rt_guard, then calls
 // the original. An object linked into the tests and hapt-lab, never into a process of a session.
-#include "proto/os/rt_guard.h"
+#include "clients/lab/selftest/rt_guard.h"
 
 // sanitizers interpose the same functions
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/stability/axis_options.h"
+#include "clients/lab/stability/axis_options.h"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/stability/probe.h"
+#include "clients/lab/stability/probe.h"
 #include "proto/config/command_line.h"
 
 namespace haptic {

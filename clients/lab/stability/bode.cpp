@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/stability/bode.h"
+#include "clients/lab/stability/bode.h"
 #include "proto/math/units.h"
 
 #include <algorithm>

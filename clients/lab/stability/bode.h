@@ -4,7 +4,7 @@
 #include <complex>
 #include <vector>
 
-#include "clients/stability/probe.h"
+#include "clients/lab/stability/probe.h"
 
 namespace haptic {
 

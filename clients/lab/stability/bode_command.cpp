@@ -7,11 +7,10 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/lab_commands.h"
+#include "clients/lab/stability/axis_options.h"
+#include "clients/lab/stability/bode.h"
 #include "clients/report/plot_svg.h"
 #include "clients/report/print_rows.h"
-#include "clients/stability/axis_options.h"
-#include "clients/stability/bode.h"
 
 namespace haptic {
 namespace {
@@ -114,7 +113,7 @@ void run_bode(const BodeOptions& options) {
 
 void add_bode_command(Command& app) {
   const auto options = std::make_shared<BodeOptions>();
-  Command command = app.subcommand(kBodeCommand.name, kBodeCommand.help);
+  Command command = add_elsewhere(app, "bode");
   command.option("--delay", options->delay, "ticks by which each force comes late")
       .range(0, 400)
       .show_default();

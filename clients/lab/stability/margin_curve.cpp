@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/stability/margin_curve.h"
+#include "clients/lab/stability/margin_curve.h"
 
 #include <cmath>
 #include <numbers>

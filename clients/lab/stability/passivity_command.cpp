@@ -7,11 +7,10 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/lab_commands.h"
+#include "clients/lab/stability/axis_options.h"
+#include "clients/lab/stability/margin_curve.h"
 #include "clients/report/plot_svg.h"
 #include "clients/report/print_rows.h"
-#include "clients/stability/axis_options.h"
-#include "clients/stability/margin_curve.h"
 
 namespace haptic {
 namespace {
@@ -57,7 +56,7 @@ void run_passivity(const AxisOptions& options) {
 
 void add_passivity_command(Command& app) {
   const auto options = std::make_shared<AxisOptions>();
-  Command command = app.subcommand(kPassivityCommand.name, kPassivityCommand.help);
+  Command command = add_elsewhere(app, "passivity");
   add_coupling_options(command, *options);
   add_axis_options(command, *options);
   command.example("hapt passivity --config bunny.toml --stiffness \"1200 N/m\" -o margin.svg");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/stability/probe.h"
+#include "clients/lab/stability/probe.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/stability/zwidth.h"
+#include "clients/lab/stability/zwidth.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "clients/stability/probe.h"
+#include "clients/lab/stability/probe.h"
 
 namespace haptic {
 

@@ -5,11 +5,10 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/lab_commands.h"
+#include "clients/lab/stability/axis_options.h"
+#include "clients/lab/stability/zwidth.h"
 #include "clients/report/plot_svg.h"
 #include "clients/report/print_rows.h"
-#include "clients/stability/axis_options.h"
-#include "clients/stability/zwidth.h"
 #include "device-io/hand/impedance.h"
 #include "proto/os/progress.h"
 
@@ -128,7 +127,7 @@ void run_zwidth(const ZwidthOptions& options) {
 
 void add_zwidth_command(Command& app) {
   const auto options = std::make_shared<ZwidthOptions>();
-  Command command = app.subcommand(kZwidthCommand.name, kZwidthCommand.help);
+  Command command = add_elsewhere(app, "zwidth");
   std::vector<std::string> names{"all"};
   for (const HandImpedance& hand : kHandImpedances) names.emplace_back(hand.name);
   command.option("--hand NAME", options->hands, "who holds the device; else the session's hand")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/cyclictest.h"
+#include "clients/lab/support/cyclictest.h"
 
 #include <cstdio>
 #include <sstream>

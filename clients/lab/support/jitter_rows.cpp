@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/jitter_rows.h"
+#include "clients/lab/support/jitter_rows.h"
 
 #include <algorithm>
 #include <optional>

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "clients/lab/cyclictest.h"
-#include "clients/lab/wake_lateness.h"
+#include "clients/lab/support/cyclictest.h"
+#include "clients/lab/support/wake_lateness.h"
 #include "clients/report/report.h"
 
 namespace haptic {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/shaking_hand.h"
+#include "clients/lab/support/shaking_hand.h"
 #include "proto/math/units.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/traj.h"
+#include "clients/lab/support/traj.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/wake_lateness.h"
+#include "clients/lab/support/wake_lateness.h"
 #include "proto/math/units.h"
 
 #include <pthread.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/torture/account.h"
+#include "clients/lab/torture/account.h"
 
 #include <algorithm>
 

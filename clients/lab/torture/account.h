@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/torture/session.h"
+#include "clients/lab/torture/session.h"
 
 namespace haptic {
 

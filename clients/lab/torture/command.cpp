@@ -16,11 +16,10 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/lab_commands.h"
 #include "clients/hapt/options.h"
+#include "clients/lab/torture/account.h"
+#include "clients/lab/torture/faults.h"
 #include "clients/report/report.h"
-#include "clients/torture/account.h"
-#include "clients/torture/faults.h"
 #include "proto/config/command_line.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
@@ -354,7 +353,7 @@ void run_torture(const TortureCommand& options) {
 
 void add_torture_command(Command& app) {
   const auto options = std::make_shared<TortureCommand>();
-  Command command = app.subcommand(kTortureCommand.name, kTortureCommand.help);
+  Command command = add_elsewhere(app, "torture");
   command.footer(
       "Starts an emulated device whose hand presses into a block, a session on it and a recorder, "
       "in a temporary folder. Then kills, stops, slows and misleads them one after the other, some "

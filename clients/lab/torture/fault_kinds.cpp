@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/torture/fault_kinds.h"
+#include "clients/lab/torture/fault_kinds.h"
 
 #include "device-io/woodenhaptics/protocol.h"
 #include "proto/math/units.h"

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "clients/torture/force_judge.h"
+#include "clients/lab/torture/force_judge.h"
 
 namespace haptic {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/torture/faults.h"
+#include "clients/lab/torture/faults.h"
 
 #include <algorithm>
 #include <csignal>
@@ -7,7 +7,7 @@
 #include <memory>
 #include <thread>
 
-#include "contact/faulty/fault_order.h"
+#include "clients/lab/torture/faulty/fault_order.h"
 #include "device-io/emulator/fault_order.h"
 #include "proto/ipc/process.h"
 #include "proto/math/units.h"
@@ -66,13 +66,14 @@ int64_t FaultInjector::between(int64_t least_ns, int64_t most_ns) {
 }
 
 int64_t FaultInjector::ready_ns(FaultKind kind) const {
-  const auto after = [](int64_t restarted_ns) {
-    return restarted_ns == 0 ? 0 : restarted_ns + kHealthyNs;
+  // hapticd itself kills what hangs, as after a standstill of the machine
+  const auto after = [](const WriterSeen& writer) {
+    return writer.generation > 1 ? writer.first_ns + kHealthyNs : 0;
   };
   if (kind == FaultKind::kContactKill || kind == FaultKind::kContactHang) {
-    return after(contact_restarted_ns_);
+    return after(session_.contact());
   }
-  return kind == FaultKind::kSimKill ? after(sim_restarted_ns_) : 0;
+  return kind == FaultKind::kSimKill ? after(session_.sim()) : 0;
 }
 
 namespace {
@@ -179,7 +180,6 @@ FaultInjector::Done FaultInjector::kill_contact(bool hang) {
   if (!session_.wait_until(replaced, kPatienceNs)) {
     done.problems.push_back("contact did not come back");
   }
-  contact_restarted_ns_ = now_ns();
   done.over_ns = session_.contact().first_ns;
   done.whole_from_ns = done.over_ns;
   const int64_t replaced_ns = done.over_ns - done.recovery_from_ns;
@@ -292,7 +292,7 @@ FaultInjector::Done FaultInjector::kill_sim() {
                            kPatienceNs)) {
     done.problems.push_back("sim did not come back");
   }
-  sim_restarted_ns_ = done.over_ns = now_ns();
+  done.over_ns = now_ns();
   done.waited_ns = time_waited(session_.sim().pid);
   done.whole_from_ns = done.recovery_from_ns = done.begin_ns;
   done.recovered_ns = session_.sim().first_ns;
@@ -360,7 +360,6 @@ FaultInjector::Done FaultInjector::kill_hapticd(bool servo_too) {
   }
   done.recovery_from_ns = now_ns();
   session_.restart_hapticd();
-  contact_restarted_ns_ = sim_restarted_ns_ = 0;
   if (!session_.wait_until([&] { return session_.servo().generation > 0; }, kPatienceNs)) {
     done.problems.push_back("the servo did not come back");
   }
@@ -418,7 +417,8 @@ FaultInjector::Done FaultInjector::fell_many_clients() {
         "hapt",
         std::vector<std::string>{"top", "--json", "-d", "0.02", "--session", session_.name()},
         "/dev/null"));
-    session_.update();
+    // sleeps: a real-time thread that starts 64 processes without a rest is ended after 2 s
+    session_.pause(kMs);
   }
   // by then most are attached, and some die while attaching
   session_.pause(between(300 * kMs, 800 * kMs));

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "clients/torture/fault_kinds.h"
-#include "clients/torture/session.h"
+#include "clients/lab/torture/fault_kinds.h"
+#include "clients/lab/torture/session.h"
 #include "device-io/emulator/fault_order.h"
 
 namespace haptic {
@@ -87,7 +87,6 @@ class FaultInjector {
 
   TortureSession& session_;
   std::mt19937_64 random_;
-  int64_t contact_restarted_ns_ = 0, sim_restarted_ns_ = 0;  // since hapticd started
   int64_t judged_ns_ = 0;                                    // so far
   int n_faults_ = 0;
 };

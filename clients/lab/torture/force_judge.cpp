@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/torture/force_judge.h"
+#include "clients/lab/torture/force_judge.h"
 #include "proto/math/units.h"
 
 #include <algorithm>

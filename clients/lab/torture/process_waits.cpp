@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/torture/process_waits.h"
+#include "clients/lab/torture/process_waits.h"
 
 #include <algorithm>
 #include <filesystem>

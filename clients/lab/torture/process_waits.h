@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "clients/torture/force_judge.h"
+#include "clients/lab/torture/force_judge.h"
 
 namespace haptic {
 

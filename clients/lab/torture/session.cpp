@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/torture/session.h"
+#include "clients/lab/torture/session.h"
 
 #include <unistd.h>
 

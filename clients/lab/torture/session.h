@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "clients/hapt/session_process.h"
-#include "clients/torture/force_judge.h"
-#include "clients/torture/process_waits.h"
-#include "clients/torture/stall_witness.h"
+#include "clients/lab/torture/force_judge.h"
+#include "clients/lab/torture/process_waits.h"
+#include "clients/lab/torture/stall_witness.h"
 #include "device-io/emulator/log_reader.h"
 #include "proto/ipc/handout.h"
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/torture/stall_witness.h"
+#include "clients/lab/torture/stall_witness.h"
 
 #include <algorithm>
 #include <iterator>
 
-#include "clients/lab/forked_process.h"
+#include "clients/lab/support/forked_process.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {

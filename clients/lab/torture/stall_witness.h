@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "clients/torture/force_judge.h"
+#include "clients/lab/torture/force_judge.h"
 
 namespace haptic {
 

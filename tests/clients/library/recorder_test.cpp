@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/library/recorder.h"
+#include "clients/log/trace_writer.h"
 
 #include <sys/mount.h>
 #include <sys/resource.h>

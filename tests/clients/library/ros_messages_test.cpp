@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Messages of ROS against a reader of CDR written for this test, from the rules of the encoding.
 #include "clients/library/ros_messages.h"
+#include "clients/log/trace_writer.h"
 
 #include <catch2/catch.hpp>
 #include <cstring>

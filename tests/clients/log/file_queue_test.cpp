@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "proto/log/file_queue.h"
+#include "clients/log/file_queue.h"
 
 #include <fcntl.h>
 
@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "clients/log/trace_writer.h"
 #include "proto/log/trace.h"
 #include "proto/os/file_descriptor.h"
 #include "proto/os/realtime.h"

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Random access to a recording, against the records that were written, in order.
-#include "proto/log/log_index.h"
+#include "clients/log/log_index.h"
+#include "clients/log/mcap_writer.h"
+#include "clients/log/trace_writer.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -13,7 +15,7 @@
 #include <random>
 #include <sstream>
 
-#include "proto/log/log_survey.h"
+#include "clients/log/log_survey.h"
 #include "proto/math/units.h"
 #include "tests/support/temporary_folder.h"
 

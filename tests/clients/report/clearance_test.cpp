@@ -9,7 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "clients/bench/peers/pair.h"
+#include "clients/lab/bench/peers/pair.h"
+#include "clients/log/trace_writer.h"
 #include "clients/report/clearance_print.h"
 #include "clients/report/report.h"
 #include "device-io/hand/waypoints.h"

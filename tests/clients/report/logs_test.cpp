@@ -6,9 +6,10 @@
 #include <fstream>
 #include <sstream>
 
+#include "clients/log/recover.h"
+#include "clients/log/trace_writer.h"
 #include "clients/report/log_diff.h"
 #include "clients/report/log_info.h"
-#include "proto/log/recover.h"
 #include "proto/log/trace.h"
 #include "proto/math/units.h"
 #include "tests/support/temporary_folder.h"

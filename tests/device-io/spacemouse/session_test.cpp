@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
-#include "clients/lab/lockstep.h"
+#include "clients/lab/support/lockstep.h"
 #include "contact/bake/session.h"
 #include "device-io/spacemouse/spacemouse.h"
 #include "proto/config/config.h"

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/log/trace_writer.h"
 #include "proto/log/trace.h"
 #include "tests/process/hapt_command.h"
 #include "tests/support/temporary_folder.h"

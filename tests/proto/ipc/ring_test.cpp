@@ -16,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-#include "clients/lab/forked_process.h"
+#include "clients/lab/support/forked_process.h"
 #include "proto/ipc/handout.h"
 #include "tests/support/self_describing.h"
 

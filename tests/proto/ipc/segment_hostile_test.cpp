@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "clients/lab/forked_process.h"
+#include "clients/lab/support/forked_process.h"
 #include "tests/proto/ipc/segment_image.h"
 
 namespace haptic {

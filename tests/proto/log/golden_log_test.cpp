@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/log/trace_writer.h"
 #include "proto/log/csv.h"
 #include "proto/log/hand_trace.h"
 #include "proto/log/trace.h"

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/log/trace_writer.h"
 #include "proto/log/trace.h"
 #include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"

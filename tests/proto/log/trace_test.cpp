@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "proto/log/trace.h"
+#include "clients/log/trace_writer.h"
 
 #include <signal.h>
 #include <sys/mount.h>
@@ -20,10 +21,10 @@
 #include <string>
 #include <vector>
 
+#include "clients/log/log_eyes.h"
+#include "clients/log/recover.h"
 #include "proto/log/csv.h"
 #include "proto/log/hand_trace.h"
-#include "proto/log/log_eyes.h"
-#include "proto/log/recover.h"
 #include "tests/support/data.h"
 #include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"

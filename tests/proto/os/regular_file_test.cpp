@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "clients/log/trace_writer.h"
 #include "proto/config/config.h"
 #include "proto/config/height_image.h"
 #include "proto/ipc/unix_socket.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/peers/bodies.h"
+#include "clients/lab/bench/peers/bodies.h"
 
 #ifdef HAPTICD_BULLET
 #include <btBulletDynamicsCommon.h>

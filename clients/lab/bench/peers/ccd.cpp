@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/peers/ccd.h"
+#include "clients/lab/bench/peers/ccd.h"
 
 #ifdef HAPTICD_FCL
 #include <fcl/narrowphase/detail/traversal/collision/intersect.h>

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "clients/bench/workloads/ccd_queries.h"
+#include "clients/lab/bench/workloads/ccd_queries.h"
 
 namespace haptic {
 

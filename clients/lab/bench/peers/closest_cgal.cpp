@@ -4,7 +4,7 @@
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Simple_cartesian.h>
 
-#include "clients/bench/peers/closest.h"
+#include "clients/lab/bench/peers/closest.h"
 
 namespace haptic {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/peers/closest.h"
+#include "clients/lab/bench/peers/closest.h"
 
 #ifdef HAPTICD_EMBREE
 #include <embree3/rtcore.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/peers/depth.h"
+#include "clients/lab/bench/peers/depth.h"
 
 #include <cmath>
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/peers/pair.h"
+#include "clients/lab/bench/peers/pair.h"
 
 #ifdef HAPTICD_FCL
 #include <fcl/fcl.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/peers/qp.h"
+#include "clients/lab/bench/peers/qp.h"
 
 #include <CGAL/Gmpzf.h>
 #include <CGAL/QP_functions.h>

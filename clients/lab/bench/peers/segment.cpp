@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/peers/segment.h"
+#include "clients/lab/bench/peers/segment.h"
 
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "clients/bench/workloads/ccd_queries.h"
+#include "clients/lab/bench/workloads/ccd_queries.h"
 #include "contact/query/sweep/feature_path.h"
 
 namespace haptic {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/reference/query_costs.h"
+#include "clients/lab/bench/reference/query_costs.h"
 
 #include <algorithm>
 

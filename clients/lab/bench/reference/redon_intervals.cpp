@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/reference/redon_intervals.h"
+#include "clients/lab/bench/reference/redon_intervals.h"
 
-#include "clients/bench/reference/interval.h"
+#include "clients/lab/bench/reference/interval.h"
 
 namespace haptic {
 namespace {

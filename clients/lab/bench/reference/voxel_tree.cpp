@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/reference/voxel_tree.h"
+#include "clients/lab/bench/reference/voxel_tree.h"
 
 #include <algorithm>
 

@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "clients/lab/forked_process.h"
+#include "clients/lab/support/forked_process.h"
 #include "clients/library/histogram.h"
 #include "clients/report/median.h"
 #include "proto/os/realtime.h"

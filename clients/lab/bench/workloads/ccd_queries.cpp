@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/workloads/ccd_queries.h"
+#include "clients/lab/bench/workloads/ccd_queries.h"
 
 #include <algorithm>
 #include <filesystem>

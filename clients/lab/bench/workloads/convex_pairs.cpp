@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/workloads/convex_pairs.h"
+#include "clients/lab/bench/workloads/convex_pairs.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/workloads/lod_pairs.h"
+#include "clients/lab/bench/workloads/lod_pairs.h"
 
 #include <cmath>
 #include <numbers>
 
-#include "clients/bench/workloads/workload.h"
+#include "clients/lab/bench/workloads/workload.h"
 #include "contact/shape/mesh/ball_joint.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/molars.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/workloads/proximity.h"
+#include "clients/lab/bench/workloads/proximity.h"
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 #include <utility>
 
-#include "clients/bench/workloads/workload.h"
+#include "clients/lab/bench/workloads/workload.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "proto/math/units.h"

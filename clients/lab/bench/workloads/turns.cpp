@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/workloads/turns.h"
+#include "clients/lab/bench/workloads/turns.h"
 
 #include <algorithm>
 #include <chrono>

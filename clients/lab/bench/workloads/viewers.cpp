@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/workloads/viewers.h"
+#include "clients/lab/bench/workloads/viewers.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/workloads/workload.h"
+#include "clients/lab/bench/workloads/workload.h"
 
 #include <algorithm>
 #include <array>

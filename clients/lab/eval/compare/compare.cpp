@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/compare/compare.h"
+#include "clients/lab/eval/compare/compare.h"
 
 #include <algorithm>
 #include <array>
@@ -9,6 +9,9 @@
 #include <memory>
 #include <utility>
 
+#include "clients/log/log_columns.h"
+#include "clients/log/log_eyes.h"
+#include "clients/log/trace_writer.h"
 #include "clients/report/summary.h"
 #include "contact/bake/eye_files.h"
 #include "contact/query/point/closest_point.h"
@@ -17,8 +20,6 @@
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/ipc/eye_file.h"
-#include "proto/log/log_columns.h"
-#include "proto/log/log_eyes.h"
 #include "proto/log/trace.h"
 #include "proto/os/message.h"
 #include "proto/os/version.h"

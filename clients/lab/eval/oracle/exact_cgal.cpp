@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/oracle/exact_cgal.h"
+#include "clients/lab/eval/oracle/exact_cgal.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 

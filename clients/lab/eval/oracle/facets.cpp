@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/oracle/facets.h"
+#include "clients/lab/eval/oracle/facets.h"
 
 #include <algorithm>
 

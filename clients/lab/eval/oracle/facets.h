@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "clients/eval/oracle/long3.h"
+#include "clients/lab/eval/oracle/long3.h"
 #include "contact/shape/mesh/triangle_mesh.h"
 
 namespace haptic {

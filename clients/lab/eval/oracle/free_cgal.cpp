@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/oracle/free_cgal.h"
+#include "clients/lab/eval/oracle/free_cgal.h"
 
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "clients/eval/oracle/facets.h"
-#include "clients/eval/oracle/walls.h"
+#include "clients/lab/eval/oracle/facets.h"
+#include "clients/lab/eval/oracle/walls.h"
 
 namespace haptic {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/oracle/place.h"
+#include "clients/lab/eval/oracle/place.h"
 
 #include <algorithm>
 
-#include "clients/eval/oracle/walls.h"
+#include "clients/lab/eval/oracle/walls.h"
 #include "contact/query/triangle/closest_on_triangle.h"
 
 namespace haptic {

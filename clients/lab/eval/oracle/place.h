@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "clients/eval/oracle/facets.h"
+#include "clients/lab/eval/oracle/facets.h"
 
 namespace haptic {
 

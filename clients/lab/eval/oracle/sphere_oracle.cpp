@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/oracle/sphere_oracle.h"
+#include "clients/lab/eval/oracle/sphere_oracle.h"
 
 #include <algorithm>
 #include <array>
 
-#include "clients/eval/oracle/walls.h"
+#include "clients/lab/eval/oracle/walls.h"
 
 namespace haptic {
 namespace {

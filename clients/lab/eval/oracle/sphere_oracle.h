@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "clients/eval/oracle/oracle.h"
-#include "clients/eval/oracle/walls.h"
+#include "clients/lab/eval/oracle/oracle.h"
+#include "clients/lab/eval/oracle/walls.h"
 
 namespace haptic {
 

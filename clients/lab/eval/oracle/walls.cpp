@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/oracle/walls.h"
+#include "clients/lab/eval/oracle/walls.h"
 
 #include <algorithm>
 

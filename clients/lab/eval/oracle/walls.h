@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-#include "clients/eval/oracle/long3.h"
+#include "clients/lab/eval/oracle/long3.h"
 
 namespace haptic {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "clients/eval/scenes/free_scenes.h"
+#include "clients/lab/eval/scenes/free_scenes.h"
 #include "proto/math/units.h"
 
 namespace haptic {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/scenes/free_scenes.h"
+#include "clients/lab/eval/scenes/free_scenes.h"
 
 #include <cmath>
 #include <random>
 
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "contact/bake/convex/piece_tree.h"
 #include "contact/bake/volume.h"
 #include "contact/shape/mesh/machine_parts.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/scenes/moving_scenes.h"
+#include "clients/lab/eval/scenes/moving_scenes.h"
 
 #include <algorithm>
 #include <array>
@@ -8,8 +8,8 @@
 #include <random>
 #include <stdexcept>
 
-#include "clients/eval/oracle/exact_cgal.h"
-#include "clients/lab/shaking_hand.h"
+#include "clients/lab/eval/oracle/exact_cgal.h"
+#include "clients/lab/support/shaking_hand.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "proto/math/motion_metric.h"
 #include "proto/math/units.h"

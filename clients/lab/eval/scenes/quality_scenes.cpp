@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/scenes/quality_scenes.h"
+#include "clients/lab/eval/scenes/quality_scenes.h"
 
 #include <algorithm>
 #include <array>

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "clients/eval/scenes/rest_work.h"
+#include "clients/lab/eval/scenes/rest_work.h"
 
 namespace haptic {
 namespace {

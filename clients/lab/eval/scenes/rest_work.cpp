@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/scenes/rest_work.h"
+#include "clients/lab/eval/scenes/rest_work.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "clients/eval/scenes/scan_work.h"
+#include "clients/lab/eval/scenes/scan_work.h"
 #include "proto/math/units.h"
 
 namespace haptic {

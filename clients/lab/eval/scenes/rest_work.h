@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "clients/eval/scenes/workload.h"
+#include "clients/lab/eval/scenes/workload.h"
 
 namespace haptic {
 

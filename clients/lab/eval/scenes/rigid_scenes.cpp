@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/scenes/rigid_scenes.h"
+#include "clients/lab/eval/scenes/rigid_scenes.h"
 
 #include <filesystem>
 #include <utility>
 
-#include "clients/eval/scenes/scan_work.h"
+#include "clients/lab/eval/scenes/scan_work.h"
 #include "contact/query/proximity/triangle_pairs.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "proto/math/units.h"

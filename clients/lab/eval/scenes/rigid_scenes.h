@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "clients/lab/shaking_hand.h"
+#include "clients/lab/support/shaking_hand.h"
 #include "contact/shape/baked/mesh_shape.h"
 
 namespace haptic {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/scenes/scan_work.h"
+#include "clients/lab/eval/scenes/scan_work.h"
 
 #include <algorithm>
 #include <memory>

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/eval/scenes/workload.h"
+#include "clients/lab/eval/scenes/workload.h"
 #include "contact/bake/bake.h"
 
 namespace haptic {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/slow/slow_contact.h"
+#include "clients/lab/eval/slow/slow_contact.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "clients/lab/lockstep.h"
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "clients/report/spectrum.h"
 #include "proto/math/units.h"
 #include "proto/os/progress.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/eval/scenes/free_scenes.h"
+#include "clients/lab/eval/scenes/free_scenes.h"
 #include "clients/report/report.h"
 
 namespace haptic {

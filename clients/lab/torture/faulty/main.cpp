@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "contact/faulty/fault_order.h"
+#include "clients/lab/torture/faulty/fault_order.h"
 #include "contact/loop.h"
 #include "proto/os/queued_order.h"
 

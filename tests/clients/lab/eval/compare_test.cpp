@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One hand pressed into a wall, through the ways of rendering: each against its closed form.
-#include "clients/eval/compare/compare.h"
+#include "clients/lab/eval/compare/compare.h"
 
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <sstream>
 
+#include "clients/log/log_columns.h"
 #include "proto/config/devices.h"
-#include "proto/log/log_columns.h"
 #include "proto/log/trace.h"
 #include "tests/support/temporary_folder.h"
 

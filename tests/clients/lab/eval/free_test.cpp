@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The check of free space, and its result for every renderer.
-#include "clients/eval/free.h"
+#include "clients/lab/eval/free.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "clients/lab/lockstep.h"
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/torture_scale.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The renderers god-object3 and virtual-proxy3 where they promise the same, servo and contact
 // together in lockstep, against closed forms.
-#include "clients/lab/lockstep.h"
+#include "clients/lab/support/lockstep.h"
 #include "contact/bake/inside.h"
 #include "proto/math/units.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/scene_pose.h"
-#include "tests/clients/eval/scripted_run.h"
+#include "tests/clients/lab/eval/scripted_run.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
 

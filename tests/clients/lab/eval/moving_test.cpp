@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The check of tools among moving objects: its free paths and sides against closed forms and
 // planted faults, and a few scenes of the suite.
-#include "clients/eval/moving.h"
+#include "clients/lab/eval/moving.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "clients/eval/oracle/exact_cgal.h"
-#include "clients/eval/rigid.h"
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/eval/oracle/exact_cgal.h"
+#include "clients/lab/eval/rigid.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "clients/report/summary.h"
 #include "contact/shape/mesh/primitives.h"
 #include "proto/math/motion_metric.h"

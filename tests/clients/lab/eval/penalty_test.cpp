@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The renderer penalty3 in lockstep: its force, and its two artefacts, compared with the
 // god-object, which has neither.
-#include "clients/eval/artefacts.h"
-#include "clients/lab/lockstep.h"
+#include "clients/lab/eval/artefacts.h"
+#include "clients/lab/support/lockstep.h"
 #include "proto/ipc/control.h"
 #include "proto/wire/renderer.h"
-#include "tests/clients/eval/scripted_run.h"
+#include "tests/clients/lab/eval/scripted_run.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
 

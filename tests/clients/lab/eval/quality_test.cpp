@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The checks of the quality scenes against answers that are right or wrong by construction, and a
 // short form of each scene.
-#include "clients/eval/quality.h"
+#include "clients/lab/eval/quality.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "clients/eval/drag.h"
+#include "clients/lab/eval/drag.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace haptic;

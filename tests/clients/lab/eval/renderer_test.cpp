@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The goals of the point renderer on the benchmark set, on short parts of the paths; the whole
 // paths are a command (docs/benchmarks).
-#include "clients/eval/renderer.h"
+#include "clients/lab/eval/renderer.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "clients/eval/friction.h"
-#include "clients/eval/table.h"
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/eval/friction.h"
+#include "clients/lab/eval/table.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/data.h"
 #include "tests/support/meshes.h"

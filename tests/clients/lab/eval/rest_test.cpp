@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Rest positions tested by random segments; the full test is `hapt eval --suite rest`.
-#include "clients/eval/rest.h"
+#include "clients/lab/eval/rest.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
 
-#include "clients/eval/oracle/rest_cgal.h"
-#include "clients/eval/renderer.h"
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/eval/oracle/rest_cgal.h"
+#include "clients/lab/eval/renderer.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "contact/shape/baked/mesh_shape.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/data.h"

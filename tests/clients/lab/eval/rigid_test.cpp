@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The checks of tools that never enter an object: against planted faults and closed forms, and on
 // short sessions.
-#include "clients/eval/rigid.h"
+#include "clients/lab/eval/rigid.h"
 
 #include "contact/detect/body/rigid_tool.h"
 #include "contact/query/proximity/near_front.h"

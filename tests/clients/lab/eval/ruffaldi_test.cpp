@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/ruffaldi.h"
+#include "clients/lab/eval/ruffaldi.h"
 
 #include <catch2/catch.hpp>
 
-#include "clients/eval/renderer.h"
+#include "clients/lab/eval/renderer.h"
 #include "tests/support/hostile_text.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The renderer virtual-proxy3, servo and contact together in lockstep, against closed forms.
 // god_object_test.cpp tests what both renderers of a point do.
-#include "clients/lab/lockstep.h"
+#include "clients/lab/support/lockstep.h"
 #include "contact/bake/inside.h"
 #include "proto/config/devices.h"
 #include "proto/math/units.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/scene_pose.h"
-#include "tests/clients/eval/scripted_run.h"
+#include "tests/clients/lab/eval/scripted_run.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
 

@@ -16,7 +16,7 @@
 #include <thread>
 #include <utility>
 
-#include "clients/selftest/guarded_loop.h"
+#include "clients/lab/selftest/guarded_loop.h"
 #include "contact/bake/session.h"
 #include "device-io/hand/impedance.h"
 #include "device-io/haply/haply.h"
@@ -26,7 +26,7 @@
 #include "device-io/woodenhaptics/woodenhaptics.h"
 #include "proto/config/devices.h"
 #include "proto/math/units.h"
-#include "tests/clients/selftest/played_device.h"
+#include "tests/clients/lab/selftest/played_device.h"
 #include "tests/support/data.h"
 #include "tests/support/emulated_arm.h"
 #include "tests/support/haply/emulated_haply.h"

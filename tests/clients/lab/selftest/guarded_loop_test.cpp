@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The servo's own loop under rt_guard: a hundred thousand ticks here, a million in hapt selftest.
-#include "clients/selftest/guarded_loop.h"
+#include "clients/lab/selftest/guarded_loop.h"
 
 #include <pthread.h>
 #include <sys/mman.h>

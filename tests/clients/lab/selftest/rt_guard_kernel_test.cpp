@@ -21,8 +21,8 @@
 #include <thread>
 #include <vector>
 
+#include "clients/lab/selftest/rt_guard.h"
 #include "proto/os/realtime.h"
-#include "proto/os/rt_guard.h"
 #include "tests/support/guarded.h"
 
 namespace haptic {

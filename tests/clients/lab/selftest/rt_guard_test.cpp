@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "proto/os/rt_guard.h"
+#include "clients/lab/selftest/rt_guard.h"
 
 #include <malloc.h>
 #include <pthread.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/stability/margin_curve.h"
+#include "clients/lab/stability/margin_curve.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,7 +7,7 @@
 #include <complex>
 #include <numbers>
 
-#include "clients/stability/zwidth.h"
+#include "clients/lab/stability/zwidth.h"
 #include "tests/support/meshes.h"
 
 using namespace haptic;

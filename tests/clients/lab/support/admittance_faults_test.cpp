@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "proto/wire/renderer.h"
-#include "tests/clients/lab/admittance_ticks.h"
+#include "tests/clients/lab/support/admittance_ticks.h"
 #include "tests/support/near.h"
 
 using namespace haptic;

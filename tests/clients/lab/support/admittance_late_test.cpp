@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "proto/wire/renderer.h"
-#include "tests/clients/lab/admittance_ticks.h"
+#include "tests/clients/lab/support/admittance_ticks.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 

@@ -7,7 +7,7 @@
 #include "contact/shape/mesh/primitives.h"
 #include "device-io/hand/impedance.h"
 #include "proto/wire/renderer.h"
-#include "tests/clients/lab/arm_session.h"
+#include "tests/clients/lab/support/arm_session.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 

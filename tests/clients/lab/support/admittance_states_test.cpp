@@ -6,7 +6,7 @@
 #include "contact/bake/session.h"
 #include "contact/shape/mesh/primitives.h"
 #include "proto/wire/renderer.h"
-#include "tests/clients/lab/arm_session.h"
+#include "tests/clients/lab/support/arm_session.h"
 #include "tests/support/data.h"
 #include "tests/support/near.h"
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "contact/shape/mesh/primitives.h"
-#include "tests/clients/lab/arm_session.h"
+#include "tests/clients/lab/support/arm_session.h"
 
 namespace haptic::test {
 

@@ -7,13 +7,13 @@
 #include <numbers>
 #include <vector>
 
-#include "clients/lab/lockstep.h"
-#include "clients/stability/probe.h"
+#include "clients/lab/stability/probe.h"
+#include "clients/lab/support/lockstep.h"
 #include "contact/bake/session.h"
 #include "device-io/hand/impedance.h"
 #include "device-io/hand/intent.h"
 #include "proto/config/coupling_margin.h"
-#include "tests/clients/lab/hand_energy.h"
+#include "tests/clients/lab/support/hand_energy.h"
 #include "tests/support/data.h"
 #include "tests/support/torture_scale.h"
 

@@ -5,9 +5,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "clients/lab/lockstep.h"
+#include "clients/lab/support/lockstep.h"
 #include "contact/bake/session.h"
-#include "tests/clients/lab/hand_energy.h"
+#include "tests/clients/lab/support/hand_energy.h"
 #include "tests/support/data.h"
 #include "tests/support/usb/falcon_bench.h"
 

@@ -6,7 +6,7 @@
 
 #include "proto/math/units.h"
 #include "proto/wire/renderer.h"
-#include "tests/clients/lab/pushed_body.h"
+#include "tests/clients/lab/support/pushed_body.h"
 
 using namespace haptic;
 using namespace haptic::test;

@@ -7,7 +7,7 @@
 #include "proto/math/motion_metric.h"
 #include "proto/wire/guide.h"
 #include "proto/wire/renderer.h"
-#include "tests/clients/lab/pushed_body.h"
+#include "tests/clients/lab/support/pushed_body.h"
 #include "tests/support/data.h"
 
 using namespace haptic;

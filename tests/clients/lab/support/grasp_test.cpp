@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "proto/wire/renderer.h"
-#include "tests/clients/lab/pushed_body.h"
+#include "tests/clients/lab/support/pushed_body.h"
 
 using namespace haptic;
 using namespace haptic::test;

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "tests/clients/lab/pushed_body.h"
+#include "tests/clients/lab/support/pushed_body.h"
 
 using namespace haptic;
 using namespace haptic::test;

@@ -3,7 +3,7 @@
 // same equations at 20 µs.
 #include <catch2/catch.hpp>
 
-#include "tests/clients/lab/pushed_body.h"
+#include "tests/clients/lab/support/pushed_body.h"
 
 using namespace haptic;
 using namespace haptic::test;

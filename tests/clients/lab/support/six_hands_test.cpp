@@ -3,11 +3,11 @@
 // board's plant is judged, by the work of its own steps and by its motion.
 #include <catch2/catch.hpp>
 
-#include "clients/lab/lockstep.h"
+#include "clients/lab/support/lockstep.h"
 #include "contact/bake/session.h"
 #include "device-io/sixmotors/six_motors.h"
 #include "proto/math/units.h"
-#include "tests/clients/lab/hand_energy.h"
+#include "tests/clients/lab/support/hand_energy.h"
 #include "tests/support/data.h"
 #include "tests/support/emulated_arm.h"
 #include "tests/support/tolerance.h"

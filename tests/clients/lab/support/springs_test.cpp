@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "clients/lab/lockstep.h"
-#include "clients/lab/scripted_hand.h"
+#include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/scripted_hand.h"
 #include "contact/bake/session.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/least_squares.h"

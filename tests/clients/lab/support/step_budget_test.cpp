@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/step_budget.h"
+#include "clients/lab/support/step_budget.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/wake_lateness.h"
+#include "clients/lab/support/wake_lateness.h"
 
 #include <catch2/catch.hpp>
 #include <sstream>
 
-#include "clients/lab/cyclictest.h"
+#include "clients/lab/support/cyclictest.h"
 #include "proto/math/units.h"
 
 namespace haptic {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The account of samples on recordings with planted gaps, and the proportions of the faults.
-#include "clients/torture/account.h"
+#include "clients/lab/torture/account.h"
 
 #include <catch2/catch.hpp>
 
-#include "clients/torture/faults.h"
+#include "clients/lab/torture/faults.h"
+#include "clients/log/trace_writer.h"
 #include "proto/log/trace.h"
 #include "proto/math/units.h"
 #include "tests/support/temporary_folder.h"

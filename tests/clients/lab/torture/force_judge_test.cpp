@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The force check on one correct log and one breach of each kind.
-#include "clients/torture/force_judge.h"
+#include "clients/lab/torture/force_judge.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

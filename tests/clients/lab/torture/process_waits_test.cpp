@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Waits of processes: one that sleeps, one that is stopped, one that does not exist.
-#include "clients/torture/process_waits.h"
+#include "clients/lab/torture/process_waits.h"
 
 #include <pthread.h>
 #include <sched.h>
@@ -14,7 +14,7 @@
 #include <string>
 #include <thread>
 
-#include "clients/lab/forked_process.h"
+#include "clients/lab/support/forked_process.h"
 #include "proto/math/units.h"
 #include "proto/os/realtime.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clients/bench/workloads/convex_pairs.h"
+#include "clients/lab/bench/workloads/convex_pairs.h"
 #include "contact/query/convex/expanding_polytope.h"
 #include "tests/support/convex/brute.h"
 #include "tests/support/convex/hulls.h"

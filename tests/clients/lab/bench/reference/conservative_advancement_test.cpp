@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/reference/conservative_advancement.h"
+#include "clients/lab/bench/reference/conservative_advancement.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/reference/feature_boxes.h"
+#include "clients/lab/bench/reference/feature_boxes.h"
 
 #include "tests/support/feature_queries.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/reference/interval.h"
+#include "clients/lab/bench/reference/interval.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/reference/segment_searches.h"
+#include "clients/lab/bench/reference/segment_searches.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/workloads/burst.h"
+#include "clients/lab/bench/workloads/burst.h"
 
 #include <catch2/catch.hpp>
 #include <stdexcept>

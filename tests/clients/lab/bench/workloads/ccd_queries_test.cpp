@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The elementary queries of continuous collision detection against exact ground truth and another
 // method.
-#include "clients/bench/workloads/ccd_queries.h"
+#include "clients/lab/bench/workloads/ccd_queries.h"
 
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "clients/bench/reference/feature_boxes.h"
-#include "clients/bench/reference/redon_intervals.h"
+#include "clients/lab/bench/reference/feature_boxes.h"
+#include "clients/lab/bench/reference/redon_intervals.h"
 #include "tests/support/data.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temporary_folder.h"

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The oracles of a point and of a sphere against closed forms only: they check the renderers, so
 // those cannot check them.
-#include "clients/eval/oracle/oracle.h"
+#include "clients/lab/eval/oracle/oracle.h"
 
 #include <memory>
 
-#include "clients/eval/oracle/place.h"
-#include "clients/eval/oracle/rest_cgal.h"
-#include "clients/eval/oracle/sphere_oracle.h"
-#include "clients/eval/scenes/workload.h"
+#include "clients/lab/eval/oracle/place.h"
+#include "clients/lab/eval/oracle/rest_cgal.h"
+#include "clients/lab/eval/oracle/sphere_oracle.h"
+#include "clients/lab/eval/scenes/workload.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"

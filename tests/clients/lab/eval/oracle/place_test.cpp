@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The placement check, which does not know the path, against closed forms.
-#include "clients/eval/oracle/place.h"
+#include "clients/lab/eval/oracle/place.h"
 
 #include <catch2/catch.hpp>
 

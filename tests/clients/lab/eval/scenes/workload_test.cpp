@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/eval/scenes/workload.h"
+#include "clients/lab/eval/scenes/workload.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Renderers of bodies whose contacts are old, in whole sessions.
-#include "clients/eval/slow/slow_contact.h"
+#include "clients/lab/eval/slow/slow_contact.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
