@@ -3,7 +3,7 @@
 
 #include "proto/math/assert.h"
 #include "proto/wire/mapping.h"
-#include "servo/admittance_step.h"
+#include "servo/admittance_tick.h"
 #include "servo/pace.h"
 #include "servo/tick.h"
 
@@ -23,78 +23,54 @@ Twist surface_in_device(const ServoModel& model, const Rendered& rendered, const
   return {rotate(q_BW, V_W.v) / model.map.motion_scale, rotate(q_BW, V_W.w)};
 }
 
-/// The tool where the device is. False when the device sample cannot be used: the tool then keeps
-/// its last good pose.
-bool place_tool(const ServoModel& model, ServoState& state, const ServoInput& input,
-                ServoFrame& frame) {
-  const bool sound = note_sample(input, frame);
-  // a finite but absurd sample may overflow on its way into the scene
-  const Pose X_WT = tool_pose(model.map, state.clutch, frame.device.X_BH);
-  const Twist V_WT = tool_twist(model.map, frame.device.X_BH, frame.device.V_BH);
-  if (!sound || !is_finite(X_WT) || !is_finite(V_WT)) {
-    frame.X_WT = state.X_WT;
-    frame.device.X_BH = {};
-    frame.device.V_BH = {};
-    return false;
-  }
-  frame.X_WT =
-      apply_clutch(model.map, state.clutch, input.device, state.started ? state.X_WT : X_WT);
-  frame.V_WT = V_WT;
-  if (state.clutch.held) {
-    frame.V_WT = {};
-    frame.flags |= kServoClutched;
-  }
-  return true;
+/// The tool where the device is; where the sample cannot be used it keeps its last good pose.
+Tool place_tool(const ServoModel& model, ServoState& state, const Sample& sample) {
+  if (!sample.usable) return {state.X_WT, {}};
+  const DeviceState& device = sample.device;
+  const Pose X_WT = state.started ? state.X_WT : tool_pose(model.map, state.clutch, device.X_BH);
+  Tool tool{apply_clutch(model.map, state.clutch, device, X_WT), {}, state.clutch.held};
+  if (!tool.is_clutched) tool.V_WT = tool_twist(model.map, device.X_BH, device.V_BH);
+  return tool;
 }
 
-/// What the device is told to hold.
-void hold_wrench(ServoState& state, const Rendered& rendered, const SafetyOutput& safe,
-                 ServoFrame& frame) {
-  note_safety(state, rendered, safe, frame);
-  frame.F_device_B = safe.F_B;
-  frame.X_command_B = frame.device.X_BH;
-  // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps
-  if (state.safety.jumped) {
-    frame.X_WT = state.X_WT;
-    frame.V_WT = {};
-  }
-}
-
-ServoFrame impedance_step(const ServoModel& model, ServoState& state, const ServoInput& input) {
-  ServoFrame frame{};
-  const bool usable = place_tool(model, state, input, frame);
-  follow_control(model, state, input);
-  continue_pushes(model, state.pushes, input.t_ns);
-
+/// A device that measures a pose and is told a wrench: tool, proxy, wrench, safety.
+Outcome impedance_tick(const ServoModel& model, ServoState& state, const ServoInput& input,
+                       const Sample& sample, const ContactWeight& age) {
+  Outcome out;
+  out.sample = sample;
+  out.tool = place_tool(model, state, sample);
+  out.X_WG = out.tool.X_WT;
   // contacts where the objects are now, as far as their age allows
-  const ContactWeight age = weigh(state, input, model.dt, frame);
-  TickScene scene = scene_of(state, input);
-  scene.weight = age.weight;
-  const Rendered rendered = render(model, state, input, scene, state.coupling, frame);
+  out.touch = touch_of(model, state, input, out.tool, state.coupling, age.weight);
 
-  SafetyInput safety = note_inputs(model, state, input, frame);
-  safety.F_B = device_wrench(model.map, frame.device.X_BH, frame.F_coupling_W);
-  safety.stiffness = handle_stiffness(model.map, state.coupling);
-  safety.device_finite = usable;
+  const Rendered& rendered = out.touch.rendered;
+  SafetyInput safety = safety_input(model, state, input, sample, out.tool.is_clutched);
+  safety.F_B = device_wrench(model.map, sample.device.X_BH, rendered.F_W);
   safety.contacts_finite = rendered.finite;
-  safety.letting_go = state.letting_go;
   safety.fading = (age.flags & (kServoFading | kServoStale)) != 0;
-  const Twist surface_B = surface_in_device(model, rendered, frame.X_WT);
+  const Twist surface_B = surface_in_device(model, rendered, out.tool.X_WT);
   safety.surface_velocity_B = surface_B.v;
   safety.surface_turning_B = surface_B.w;
-  const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
-  hold_wrench(state, rendered, safe, frame);
-  note_pushes(model, state.pushes, input, scene, rendered, safe.felt);
-  note_frame(state, input, rendered, usable, frame);
-  return frame;
+  out.safe = make_safe(model.limits, state.safety, safety, model.dt);
+  out.felt = out.safe.felt;
+  out.F_device_B = out.safe.F_B;
+  out.X_command_B = sample.device.X_BH;
+  // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps
+  if (state.safety.jumped) out.tool = {state.X_WT, {}, out.tool.is_clutched};
+  return out;
 }
 
 }  // namespace
 
 ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInput& input) {
   HAPTIC_ASSERT(model.dt > 0 && model.dead_man_button < 32);
-  ServoFrame frame =
-      model.admittance ? admittance_step(model, state, input) : impedance_step(model, state, input);
+  const Sample sample = sample_of(model, state.clutch, input);
+  follow_control(model, state, input);
+  continue_pushes(model, state.pushes, input.t_ns);
+  const ContactWeight age = weigh(state, input, model.dt);
+  const Outcome outcome = model.admittance ? admittance_tick(model, state, input, sample, age)
+                                           : impedance_tick(model, state, input, sample, age);
+  ServoFrame frame = settle(model, state, input, age, outcome);
   frame.flags |= keep_pace(state.pace, input, frame.flags, model.sim_period);
   return frame;
 }

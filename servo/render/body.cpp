@@ -46,7 +46,7 @@ uint32_t carrier_of(const BodySolution& solution) {
 
 }  // namespace
 
-void limit_step(const ServoModel& model, const RenderQuestion& question, ForceContinuity& state,
+void limit_step(const ServoModel& model, const RenderQuestion& question, FeltStep& state,
                 BodySolution& solution) {
   // contacts that do not count any more, or not yet, are not held either
   if (!solution.finite || !(question.scene.weight > 0)) {
@@ -55,10 +55,10 @@ void limit_step(const ServoModel& model, const RenderQuestion& question, ForceCo
   }
   const uint32_t giver = state.carrier;
   const Coupling& k = question.coupling;
-  const Wrench F_W = limit_force_step(state,
-                                      {solution.F_hand_W, question.X_WT, carrier_of(solution),
-                                       k.translational_stiffness, k.rotational_stiffness, model.dt},
-                                      question.scene.X_WO);
+  const Wrench F_W = limit_felt_step(state,
+                                     {solution.F_hand_W, question.X_WT, carrier_of(solution),
+                                      k.translational_stiffness, k.rotational_stiffness, model.dt},
+                                     question.scene.X_WO);
   const Wrench added_W = F_W + -solution.F_hand_W;
   if (giver < kMaxObjects) solution.push_W[giver] = solution.push_W[giver] + added_W;
   solution.F_hand_W = F_W;

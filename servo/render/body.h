@@ -11,9 +11,9 @@ VirtualCoupling coupling_in_force(const ServoModel& model, const RenderQuestion&
 /// The tool that contact has baked, else the session's.
 RigidBody tool_in_force(const ServoModel& model, const ContactSet& contacts);
 
-/// Rate-limits the step of the force since the last tick (servo/safety/force_continuity.h). What is
+/// Rate-limits the step of the force since the last tick (servo/render/felt_step.h). What is
 /// added comes from the object that carried the tool then.
-void limit_step(const ServoModel& model, const RenderQuestion& question, ForceContinuity& state,
+void limit_step(const ServoModel& model, const RenderQuestion& question, FeltStep& state,
                 BodySolution& solution);
 
 /// What a solver of a body came to, and the opposite of what the objects pushed it with, which they

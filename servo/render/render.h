@@ -10,8 +10,8 @@
 #include "proto/config/config.h"
 #include "proto/config/coupling_margin.h"
 #include "proto/wire/wire.h"
+#include "servo/render/felt_step.h"
 #include "servo/safety/coupling.h"
-#include "servo/safety/force_continuity.h"
 #include "servo/safety/safety.h"
 #include "servo/solve/body/constrained6.h"
 #include "servo/solve/body/soft_proxy.h"
@@ -95,7 +95,7 @@ class SolverState {
 
 struct RenderState {
   SolverState kept;                // of the solver in use
-  ForceContinuity continuity;      // of the renderers of a body
+  FeltStep continuity;             // of the renderers of a body
   ContactSolvers contact_solvers;  // of the rigid ones; nothing to forget
 
   void forget() {

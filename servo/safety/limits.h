@@ -2,7 +2,7 @@
 #pragma once
 
 #include "proto/math/pose.h"
-#include "servo/safety/force_growth.h"
+#include "servo/safety/slew.h"
 
 namespace haptic {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "proto/math/assert.h"
-#include "servo/safety/force_growth.h"
+#include "servo/safety/slew.h"
 
 namespace haptic {
 namespace {
@@ -97,8 +97,8 @@ struct Limited {
     rendered_B.t *= share_left(before_B.t, F_B.t);
     return true;
   }
-  bool limit_growth(const SafetyState& held, const WrenchGrowth& growth) {
-    const GrowthLimit limit = haptic::limit_growth(held.held_B, growth, F_B);
+  bool limit_slew(const SafetyState& held, const WrenchGrowth& growth) {
+    const SlewLimit limit = haptic::limit_slew(held.held_B, growth, F_B);
     F_B = limit.of(held.held_B, F_B);
     rendered_B = limit.of(held.rendered_B, rendered_B);
     return limit.cut;
@@ -151,7 +151,7 @@ void limit_size(const SafetyLimits& limits, const WrenchLimit& bearable, Limited
 void limit_change(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
                   const WrenchLimit& bearable, const WrenchGrowth& growth, double dt,
                   Limited& limited, SafetyOutput& out) {
-  if (limited.limit_growth(state, growth)) out.flags |= kServoSlewing;
+  if (limited.limit_slew(state, growth)) out.flags |= kServoSlewing;
   if ((input.device.flags & (kDeviceOpenLoop | kDeviceAdmittance)) != 0) return;
   PassivityInput port{input.device.X_BH,
                       input.device.t_ns,
@@ -165,7 +165,7 @@ void limit_change(const SafetyLimits& limits, SafetyState& state, const SafetyIn
   if (passive.damped) out.flags |= kServoPassivity;
   limited.F_B = passive.F_B;
   limited.saturate(bearable);
-  if (passive.damped) limited.limit_growth(state, growth);
+  if (passive.damped) limited.limit_slew(state, growth);
   note_held(state.passivity, limited.F_B, dt);
 }
 

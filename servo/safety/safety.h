@@ -58,33 +58,42 @@ struct SafetyOutput {
   FeltShare felt;
 };
 
-/// The last stage before the device; runs after every solver and cannot be switched off. What
-/// holds for force and moving holds for torque and turning, each with its own limits. In this
-/// order:
+/// The last stages before the device; they run after every solver and cannot be switched off. All
+/// that shapes a force on its way from the contacts to the motors, in order, with what each bounds
+/// and why it is not one with its neighbour. A and B are before safety, C after it; what holds for
+/// force and moving holds for torque and turning, each with its own limits.
 ///
-/// 1. faults: a value that is not finite, a force or torque over 1000 times the limit, a pose that
+/// A. Age of the contacts (contact_age.h): what old contacts may still push, by a weight. It knows
+///    the contacts, and safety only a wrench.
+/// B. Step of the felt force (servo/render/felt_step.h), for bodies: how far an answer of contact
+///    may move the force apart from the hand's own motion, seen from the object that carries it.
+///    Safety does not know objects; here forces may also fall no faster.
+/// 1. Faults: a value that is not finite, a force or torque over 1000 times the limit, a pose that
 ///    jumps (handle_motion.h), or a device whose driver reports stale or noisy answers. A fault
 ///    latches: zero wrench until ControlFrame::fault_clears asks for it and the handle is calm,
 ///    slower than 0.1 m/s and 1 rad/s; then soft start.
-/// 2. closed (not armed, clutch, pause, no free pose, or faster than a velocity limit and not yet
-///    calm again): zero wrench, then soft start.
-///    While the solver is about to change, that gain falls to zero, within 50 ms and no faster than
-///    the slews, instead of rising.
-/// 3. soft edge of the workspace (edge_wrench in limits.h); soft start applies.
-/// 4. saturation, direction kept.
-/// 5. thermal budget (sustainable in limits.h): |F|² low-passed over 10 s.
-/// 6. growth (force_growth.h), whatever contact says: at most slew·dt + k·|motion of the handle
-///    since its last sample|, k the coupling's stiffness; after a late tick dt is the time that has
+/// 2. Closed (not armed, clutch, pause, no free pose, or faster than a velocity limit and not yet
+///    calm again): zero wrench, then soft start. It ends by itself, a fault does not.
+/// 3. Soft edge of the workspace (edge_wrench in limits.h), which bounds where the handle goes;
+/// then
+///    the gain of the soft start, which bounds edge and contacts together. While the solver is
+///    about to change, that gain falls to zero instead, within 50 ms and no faster than the slews.
+/// 4. Saturation, direction kept, at what the motors can sustain (sustainable in limits.h):
+/// max_force
+///    and max_torque, less while |F|² low-passed over 10 s is near the continuous rating.
+/// 5. Slew (slew.h), whatever contact says: growth by at most slew·dt + k·|motion of the handle
+/// since
+///    its last sample|, k the coupling's stiffness; after a late tick dt is the time that has
 ///    passed since. A wall at rest asks for no more at any speed of the hand, so it is never
-///    slowed. The wrench shrinks at once.
-/// 7. passivity observer and controller on the wrench that is held (passivity.h). Not for an
-///    open-loop device, where it moves nothing; without damping while contacts fade or are
-///    stale, where the wanted wrench is already the most that may remain. That of an admittance
-///    device acts on the body that the wrench moves (servo/admittance/energy_ledger.h).
-/// 8. growth and saturation of the sum.
-///
-/// The fade of stale contacts comes before this, in weigh_contacts; the clamp of the motors'
-/// currents after it, in the driver.
+///    slowed. The wrench shrinks at once. It comes after 4: a force that wants to be huge is slewed
+///    from the limit on.
+/// 6. Passivity observer and controller on the wrench that is held (passivity.h), which bounds the
+///    energy given to the hand: only this wrench is what the hand gets. Not for an open-loop
+///    device, where it moves nothing; without damping while contacts fade or are stale, where the
+///    wanted wrench is already the most that may remain. That of an admittance device acts on the
+///    body that the wrench moves (servo/admittance/energy_ledger.h).
+/// 7. Saturation and slew again, of the sum with the damping of 6.
+/// C. Clamp of the motors' currents, in each driver: it alone knows the linkage.
 SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
                        double dt);
 

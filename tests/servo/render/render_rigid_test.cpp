@@ -5,7 +5,7 @@
 
 #include "proto/math/units.h"
 #include "proto/wire/renderer.h"
-#include "servo/safety/force_continuity.h"
+#include "servo/render/felt_step.h"
 #include "tests/support/near.h"
 #include "tests/support/rigid_tick.h"
 #include "tests/support/servo_tick.h"

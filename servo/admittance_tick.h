@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "servo/model.h"
-#include "servo/servo_state.h"
+#include "servo/tick.h"
 
 namespace haptic {
 
@@ -23,6 +22,7 @@ namespace haptic {
 /// Where nothing may be rendered the body brakes to rest with max_force and max_torque, on the
 /// right side of what is known still; and it goes nowhere that contact has not looked at
 /// (seen_space.h), so that contacts that do not come stop it.
-ServoFrame admittance_step(const ServoModel& model, ServoState& state, const ServoInput& input);
+Outcome admittance_tick(const ServoModel& model, ServoState& state, const ServoInput& input,
+                        const Sample& sample, const ContactWeight& age);
 
 }  // namespace haptic

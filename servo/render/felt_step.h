@@ -17,14 +17,14 @@ inline constexpr double kMostForceRate = 500;
 
 /// What one tick keeps for the next: the wrench that the hand felt and where it held the tool, seen
 /// from the object that carried it.
-struct ForceContinuity {
+struct FeltStep {
   bool started = false;
   uint32_t carrier = kMaxObjects;  // kMaxObjects: the world
   Pose X_CT;
   Wrench F_C;
 };
 
-struct ForceStep {
+struct WantedForce {
   Wrench F_W;                      // of the solver, at the tool's origin
   Pose X_WT;                       // of the tool in the hand
   uint32_t carrier = kMaxObjects;  // object that pushes the tool hardest
@@ -40,7 +40,7 @@ struct ForceStep {
 /// coupling's metric. A longer step is shortened in its direction, so the result is a mean of two
 /// forces: of two in one friction cone it lies in that cone. The spring of a coupling to a free
 /// space at rest that is convex never reaches the limit, at any speed of the hand.
-Wrench limit_force_step(ForceContinuity& state, const ForceStep& step,
-                        const std::array<Pose, kMaxObjects>& X_WO);
+Wrench limit_felt_step(FeltStep& state, const WantedForce& step,
+                       const std::array<Pose, kMaxObjects>& X_WO);
 
 }  // namespace haptic

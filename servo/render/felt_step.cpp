@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "servo/safety/force_continuity.h"
+#include "servo/render/felt_step.h"
 
 #include <algorithm>
 
@@ -20,8 +20,8 @@ Wrench rotated(const Quat& q, const Wrench& F) {
 
 }  // namespace
 
-Wrench limit_force_step(ForceContinuity& state, const ForceStep& step,
-                        const std::array<Pose, kMaxObjects>& X_WO) {
+Wrench limit_felt_step(FeltStep& state, const WantedForce& step,
+                       const std::array<Pose, kMaxObjects>& X_WO) {
   HAPTIC_ASSERT(step.dt > 0);
   const double k_T = std::max(step.translational, kLeastStiffness);
   const double k_R = std::max(step.rotational, kLeastStiffness);

@@ -18,7 +18,7 @@ struct Mixture {
   Vec3 of(const Vec3& before, const Vec3& now) const { return held * before + wanted * now; }
 };
 
-struct GrowthLimit {
+struct SlewLimit {
   Mixture force, torque;
   bool cut = false;
 
@@ -35,6 +35,6 @@ struct GrowthLimit {
 /// segment. The torque is scaled with its force, then limited in the same way. A wall at rest never
 /// reaches the limit: it pushes with k·(P(x) − x), P the projection onto the free space; where that
 /// is convex, a motion Δx of the hand changes the force by k·|Δx| at most.
-GrowthLimit limit_growth(const Wrench& held, const WrenchGrowth& growth, const Wrench& wanted);
+SlewLimit limit_slew(const Wrench& held, const WrenchGrowth& growth, const Wrench& wanted);
 
 }  // namespace haptic

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "servo/admittance_step.h"
+#include "servo/admittance_tick.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,23 +22,20 @@ constexpr double kFarthest = 2;    // times the velocity limits: no way of one t
 constexpr int kLongestWait = 20;   // ticks until contact has come to a body that is free
 
 /// Starts the body, at rest, where the device is; it keeps its pose while the device is lost.
-bool take_sample(const ServoModel& model, AdmittanceState& own, const ServoInput& input,
-                 ServoFrame& frame) {
-  bool usable = note_sample(input, frame);
-  usable = usable && is_finite(tool_pose(model.map, {}, frame.device.X_BH));
-  if (usable && !own.started) {
-    own.body = {frame.device.X_BH, {}};
-    own.X_command_B = frame.device.X_BH;
+void begin_body(AdmittanceState& own, const ServoInput& input, const Sample& sample) {
+  if (!sample.usable) return;
+  if (!own.started) {
+    own.body = {sample.device.X_BH, {}};
+    own.X_command_B = sample.device.X_BH;
     own.commanded = {};
   }
-  if (usable) own.started = is_usable(input.device);
-  return usable;
+  own.started = is_usable(input.device);
 }
 
-/// Whether the arm is where it was commanded to be.
-bool follows(const ServoModel& model, const AdmittanceState& own, const ServoFrame& frame) {
-  if (!own.started || (frame.device.flags & kDeviceFresh) == 0) return true;
-  return is_following(own.commanded, own.X_command_B, frame.device.X_BH, model.dt);
+/// True if the arm is where it was commanded to be, as far as its sample says.
+bool follows(const ServoModel& model, const AdmittanceState& own, const Sample& sample) {
+  const bool is_known = sample.usable && own.started && (sample.device.flags & kDeviceFresh) != 0;
+  return !is_known || is_following(own.commanded, own.X_command_B, sample.device.X_BH, model.dt);
 }
 
 /// After skipped ticks, and in a tick so late that the next is skipped, the body is at rest, as the
@@ -69,12 +66,12 @@ double rim_of(const ContactSet* contacts) {
 }
 
 /// The body's step with what moves it, before the scene stops it.
-VirtualBody free_step(const ServoModel& model, AdmittanceState& own, const Wrench& push_B,
-                      const DeviceState& device, bool closed, ServoFrame& frame) {
+LedgerLimit free_step(const ServoModel& model, AdmittanceState& own, const Wrench& push_B,
+                      const DeviceState& device, bool closed) {
   const SafetyLimits& limits = model.limits;
   if (closed) {
     own.ledger = {};
-    return braked(*model.admittance, own.body, limits.max_force, limits.max_torque, model.dt);
+    return {braked(*model.admittance, own.body, limits.max_force, limits.max_torque, model.dt)};
   }
   const SpeedLimit fastest{kOfSpeed * limits.velocity_limit,
                            kOfSpeed * limits.angular_velocity_limit};
@@ -82,28 +79,23 @@ VirtualBody free_step(const ServoModel& model, AdmittanceState& own, const Wrenc
   free = bounded(own.body, free, fastest, model.dt);
   const Wrench given_B = device.F_hand_B + own.F_scene_B;
   observe_work(own.ledger, given_B, device.X_BH);
-  const LedgerLimit passive =
-      keep_body_passive(*model.admittance, own.ledger, own.body, free, given_B, model.dt);
-  if (passive.damped) frame.flags |= kServoPassivity;
-  return passive.body;
+  return keep_body_passive(*model.admittance, own.ledger, own.body, free, given_B, model.dt);
 }
 
 /// The tool of a body on its way; the clutch moves the workspace instead, and the tool stays.
-void place_shown_tool(const ServoModel& model, ServoState& state, const ServoInput& input,
-                      const VirtualBody& body, ServoFrame& frame) {
+Tool tool_of(const ServoModel& model, ServoState& state, const ServoInput& input,
+             const VirtualBody& body) {
   DeviceState device = input.device;
   device.X_BH = body.X_BH;
-  const Pose X_WT = tool_pose(model.map, state.clutch, body.X_BH);
-  frame.X_WT = apply_clutch(model.map, state.clutch, device, state.started ? state.X_WP : X_WT);
-  frame.V_WT = tool_twist(model.map, body.X_BH, body.V_BH);
-  if (!state.clutch.held) return;
-  frame.V_WT = {};
-  frame.flags |= kServoClutched;
+  const Pose X_WT = state.started ? state.X_WP : tool_pose(model.map, state.clutch, body.X_BH);
+  Tool tool{apply_clutch(model.map, state.clutch, device, X_WT), {}, state.clutch.held};
+  if (!tool.is_clutched) tool.V_WT = tool_twist(model.map, body.X_BH, body.V_BH);
+  return tool;
 }
 
-/// What nobody has looked at counts as a wall.
-void stay_in_sight(const ServoModel& model, const ServoState& state, const ServoInput& input,
-                   const VirtualBody& from, VirtualBody& free) {
+/// The body within the space that contact has looked at: the rest counts as a wall.
+VirtualBody kept_in_sight(const ServoModel& model, const ServoState& state, const ServoInput& input,
+                          const VirtualBody& from, const VirtualBody& free) {
   const ContactSet* set = input.contacts;
   const double rim = rim_of(set);
   const double seen =
@@ -111,8 +103,8 @@ void stay_in_sight(const ServoModel& model, const ServoState& state, const Servo
   const Pose before = tool_pose(model.map, state.clutch, from.X_BH);
   const Pose wanted = tool_pose(model.map, state.clutch, free.X_BH);
   const Pose kept = kept_within(set != nullptr ? set->X_WG : before, seen, rim, before, wanted);
-  if (kept == wanted) return;
-  free = brought_to(from, handle_pose(model.map, state.clutch, kept), model.dt);
+  if (kept == wanted) return free;
+  return brought_to(from, handle_pose(model.map, state.clutch, kept), model.dt);
 }
 
 /// How much the scene may push: it may stop the body at once, and turn what moving holds into
@@ -191,21 +183,22 @@ VirtualBody kept_free(const ServoModel& model, ServoState& state, const FreeRegi
 
 /// The body as the scene lets it go. Contacts that are not finite say nothing: it stays.
 VirtualBody constrained(const ServoModel& model, ServoState& state, const ServoInput& input,
-                        const TickScene& scene, const Rendered& rendered, const Pose& X_WT,
-                        const VirtualBody& from, const VirtualBody& free) {
+                        const Touch& touch, const Pose& X_WT, const VirtualBody& from,
+                        const VirtualBody& free) {
   if (!state.admittance.contacts_finite) return {from.X_BH, {}};
   const ContactSet* set = input.contacts;
   const bool is_cut = set != nullptr && (set->flags & kContactTruncated) != 0;
   if (is_cut && !state.clutch.held && !is_led_by_contact(state, set)) {
     return proven_body(model, state, *set, from);
   }
-  const FreeRegion region = proven_region(model, state, set, scene);
+  const FreeRegion region = proven_region(model, state, set, touch.scene);
   // the way through the scene and back rounds
-  if (rendered.X_WP == X_WT && holds(region, X_WT.p)) {
+  const Pose& X_WP = touch.rendered.X_WP;
+  if (X_WP == X_WT && holds(region, X_WT.p)) {
     state.admittance.waited = 0;
     return free;
   }
-  return kept_free(model, state, region, from, free, rendered.X_WP);
+  return kept_free(model, state, region, from, free, X_WP);
 }
 
 /// The handle where contact has proven the tool free; none where nothing is proven, or where the
@@ -241,77 +234,80 @@ Wrench scene_push(const ServoModel& model, const ServoState& state, const Render
   return F_B;
 }
 
-/// Returns what safety judges in this tick: the force and torque of the hand as measured, and
-/// whether the device follows and device and contacts gave finite numbers.
-SafetyInput hand_push(const ServoModel& model, ServoState& state, const ServoInput& input,
-                      bool usable, ServoFrame& frame) {
-  SafetyInput safety = note_inputs(model, state, input, frame);
+/// What safety lets through of the force and torque of the hand, as they were measured; none while
+/// contacts fade or are stale.
+SafetyOutput safe_push(const ServoModel& model, ServoState& state, const ServoInput& input,
+                       const Sample& sample, const ContactWeight& age) {
+  AdmittanceState& own = state.admittance;
+  // a clutch that is held closes nothing: the body moves on, and the tool stays
+  SafetyInput safety = safety_input(model, state, input, sample, false);
   safety.F_B = input.device.F_hand_B;
-  safety.stiffness = handle_stiffness(model.map, state.coupling);
-  safety.device_finite = usable;
-  safety.device_follows = !usable || follows(model, state.admittance, frame);
-  safety.contacts_finite = state.admittance.contacts_finite;
-  safety.letting_go = state.letting_go;
-  return safety;
+  safety.device_follows = follows(model, own, sample);
+  safety.contacts_finite = own.contacts_finite;
+  SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
+  // the body begins anew where an arm is held: nothing pulls at it, nor throws it when it comes
+  // free
+  if (state.safety.fault == Fault::kDeviceStale && !safety.device_follows) own.started = false;
+  safe.closed = safe.closed || (age.flags & (kServoFading | kServoStale)) != 0;
+  return safe;
+}
+
+/// Sends the device to the body, or where contact has proven it free.
+void command(const ServoModel& model, ServoState& state, const ServoInput& input, Outcome& out) {
+  AdmittanceState& own = state.admittance;
+  out.X_command_B = command_of(model, state, input.contacts);
+  note_way(own.commanded, own.X_command_B, out.X_command_B);
+  own.X_command_B = out.X_command_B;
+  const bool waits = own.waited > 0;
+  // where nothing is rendered contact begins anew, at the tool; where it is waited for it comes
+  if (out.safe.closed || waits) out.tool.X_WT = tool_pose(model.map, state.clutch, own.body.X_BH);
+  if (waits) {
+    out.tool.V_WT = {};
+    out.touch.rendered.held_back_W = {};
+  }
+  const double rim = rim_of(input.contacts);
+  note_asked(own.seen, input.tick,
+             std::max(largest_travel(out.tool.V_WT, rim), largest_travel(out.touch.V_WP, rim)));
 }
 
 }  // namespace
 
-ServoFrame admittance_step(const ServoModel& model, ServoState& state, const ServoInput& input) {
-  ServoFrame frame{};
+Outcome admittance_tick(const ServoModel& model, ServoState& state, const ServoInput& input,
+                        const Sample& sample, const ContactWeight& age) {
+  Outcome out;
   AdmittanceState& own = state.admittance;
   rest_after_gap(model, own, input);
-  const bool usable = take_sample(model, own, input, frame);
-  follow_control(model, state, input);
-  continue_pushes(model, state.pushes, input.t_ns);
-  const ContactWeight age = weigh(state, input, model.dt, frame);
-  frame.X_WT = tool_pose(model.map, state.clutch, own.body.X_BH);
-
-  const SafetyInput safety = hand_push(model, state, input, usable, frame);
-  const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
-  // the body begins anew where an arm is held: nothing pulls at it, nor throws it when it comes
-  // free
-  const bool is_held = state.safety.fault == Fault::kDeviceStale && !safety.device_follows;
-  own.started = own.started && !is_held;
-  const bool closed = safe.closed || (age.flags & (kServoFading | kServoStale)) != 0;
-  const Wrench push_B = (closed ? 0 : age.weight) * safe.F_B;
+  begin_body(own, input, sample);
+  out.sample = sample;
+  out.X_WG = tool_pose(model.map, state.clutch, own.body.X_BH);
+  out.safe = safe_push(model, state, input, sample, age);
+  const bool closed = out.safe.closed;
+  const Wrench push_B = (closed ? 0 : age.weight) * out.safe.F_B;
 
   // the free step of the body, then what the scene leaves of it
   const VirtualBody before = own.body;
-  VirtualBody free = free_step(model, own, push_B, frame.device, closed, frame);
+  const LedgerLimit passive = free_step(model, own, push_B, sample.device, closed);
+  if (passive.damped) out.flags |= kServoPassivity;
   const bool is_soft = is_soft_body(input.contacts);
-  if (!is_soft) stay_in_sight(model, state, input, before, free);
-  place_shown_tool(model, state, input, free, frame);
-  TickScene scene = scene_of(state, input);
+  const VirtualBody free =
+      is_soft ? passive.body : kept_in_sight(model, state, input, before, passive.body);
+  out.tool = tool_of(model, state, input, free);
   const Coupling coupling = is_soft ? state.coupling : inertial_coupling(model);
-  const Rendered rendered = render(model, state, input, scene, coupling, frame);
+  out.touch = touch_of(model, state, input, out.tool, coupling, 1);
+  const Rendered& rendered = out.touch.rendered;
   own.contacts_finite = rendered.finite && is_finite(rendered.X_WP) && is_finite(rendered.F_W);
   own.body =
-      is_soft ? free : constrained(model, state, input, scene, rendered, frame.X_WT, before, free);
+      is_soft ? free : constrained(model, state, input, out.touch, out.tool.X_WT, before, free);
   own.F_scene_B = is_soft && !closed ? scene_push(model, state, rendered) : Wrench{};
   if (!closed) {
     settle_ledger(*model.admittance, own.ledger, free, own.body,
-                  frame.device.F_hand_B + own.F_scene_B, model.dt);
+                  sample.device.F_hand_B + own.F_scene_B, model.dt);
+    // what the scene holds back is what the hand pushes it with
+    out.felt = FeltShare{1, 1};
   }
-
-  note_safety(state, rendered, safe, frame);
-  frame.F_device_B = -push_B;
-  frame.X_command_B = command_of(model, state, input.contacts);
-  note_way(own.commanded, own.X_command_B, frame.X_command_B);
-  own.X_command_B = frame.X_command_B;
-  // where nothing is rendered contact begins anew, at the tool; where it is waited for it comes
-  if (closed || own.waited > 0) frame.X_WT = tool_pose(model.map, state.clutch, own.body.X_BH);
-  if (own.waited > 0) {
-    frame.V_WT = {};
-    frame.held_back_W = {};
-  }
-  // what the scene holds back is what the hand pushes it with
-  if (!closed) note_pushes(model, state.pushes, input, scene, rendered, {1, 1});
-  note_frame(state, input, rendered, usable, frame);
-  const double rim = rim_of(input.contacts);
-  note_asked(own.seen, input.tick,
-             std::max(largest_travel(frame.V_WT, rim), largest_travel(frame.V_WP, rim)));
-  return frame;
+  out.F_device_B = -push_B;
+  command(model, state, input, out);
+  return out;
 }
 
 }  // namespace haptic

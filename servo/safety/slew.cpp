@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "servo/safety/force_growth.h"
+#include "servo/safety/slew.h"
 
 #include <algorithm>
 
@@ -20,10 +20,10 @@ Mixture drawn_within(const Vec3& held, double growth, const Vec3& wanted) {
 
 }  // namespace
 
-GrowthLimit limit_growth(const Wrench& held, const WrenchGrowth& growth, const Wrench& wanted) {
+SlewLimit limit_slew(const Wrench& held, const WrenchGrowth& growth, const Wrench& wanted) {
   HAPTIC_ASSERT(growth.force >= 0 && growth.torque >= 0);
   HAPTIC_ASSERT(is_finite(held) && is_finite(wanted));
-  GrowthLimit limit;
+  SlewLimit limit;
   limit.force = drawn_within(held.f, growth.force, wanted.f);
   double with_force = 1;
   if (limit.force.wanted < 1) {
