@@ -12,11 +12,11 @@
 #include "contact/bake/session.h"
 #include "contact/step.h"
 #include "proto/os/message.h"
+#include "proto/os/priorities.h"
 
 namespace haptic {
 namespace {
 
-constexpr int kFifoPriority = 60;
 constexpr int64_t kWarmUpLookNs = 10'000'000;
 constexpr int kWarmUpLooks = 20;   // a servo that runs answers the first; it need not run
 constexpr int64_t kRestShare = 4;  // after a step of d rest d/4: never more than 80 % of a core
@@ -103,7 +103,7 @@ int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
     warm_up(model, *state, hand);
     state = std::make_unique<ContactState>(model);
   }
-  child.enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = true});
+  child.enter_realtime({.fifo_priority = kContactPriority, .lock_memory = true});
 
   ServoFrame question{};
   SceneFrame scene{};

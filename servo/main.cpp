@@ -6,12 +6,11 @@
 
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
+#include "proto/os/priorities.h"
 #include "servo/loop.h"
 
 namespace haptic {
 namespace {
-
-constexpr int kFifoPriority = 80;  // contact has 60
 
 int run(const ChildArguments& arguments) {
   Child<ServoChannels> child(arguments);
@@ -28,7 +27,7 @@ int run(const ChildArguments& arguments) {
                  "[map]\n",
                  std::string(kWarningLine).c_str());
   }
-  child.start({.fifo_priority = kFifoPriority, .lock_memory = true});
+  child.start({.fifo_priority = kServoPriority, .lock_memory = true});
 
   DeadlineClock clock(period_ns(config.servo_rate),
                       config.servo_wake == Wake::kHybrid ? kHybridSpinNs : 0);

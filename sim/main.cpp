@@ -8,6 +8,7 @@
 #include "contact/bake/cache.h"
 #include "contact/bake/session.h"
 #include "proto/ipc/process.h"
+#include "proto/os/priorities.h"
 #include "sim/step.h"
 
 namespace haptic {
@@ -16,7 +17,6 @@ namespace {
 constexpr int64_t kPatienceNs = kNsPerSecond;  // longest wait for the session's segments
 constexpr int64_t kLookNs = 1'000'000;         // between checks
 // of a sim that moves bodies: it belongs to the hand's loop, below contact, above hapticd's threads
-constexpr int kFifoPriority = 50;
 
 /// The newest frame of the hand, kept from step to step.
 struct HandInbox {
@@ -82,7 +82,7 @@ int run(const ChildArguments& arguments) {
   child.attach();
   const bool moves_bodies = !model.bodies.with_mass.empty();
   child.enter_realtime(
-      {.fifo_priority = moves_bodies ? kFifoPriority : 0, .lock_memory = moves_bodies});
+      {.fifo_priority = moves_bodies ? kSimPriority : 0, .lock_memory = moves_bodies});
 
   ControlFrame control{};
   control.scene_time_scale = 1;

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # checks of the source text; each is shown to fail on planted breaches
-foreach(check IN ITEMS layering links style unnamed)
+foreach(check IN ITEMS layering links sizes style unnamed)
   set(script ${CMAKE_CURRENT_SOURCE_DIR}/${check}.cmake)
   add_test(NAME ${check} COMMAND ${CMAKE_COMMAND} -DROOT=${CMAKE_SOURCE_DIR} -P ${script})
   add_test(NAME ${check}_catches_breaches COMMAND ${CMAKE_COMMAND} -DCHECK=${script}

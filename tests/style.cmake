@@ -1,39 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Fails on what a reviewer should not have to look for: the licence line, files and lines that grew too
-# long, test names that CTest would split in two, config keys and code that the docs do not show as they
+# Fails on what a reviewer should not have to look for: the licence line, lines that grew too long,
+# test names that CTest would split in two, config keys and code that the docs do not show as they
 # are.
 # Run: cmake -DROOT=<repository> -P tests/style.cmake
 cmake_minimum_required(VERSION 3.25)
 
 # what others may link is Apache-2.0, the programs are GPL-3.0-or-later
 set(apache_files "^(proto/|clients/(examples|library|log)/)")
-
-# longest allowed, first match wins: files | lines
-set(caps
-  "^CMakeLists\\.txt$ | 100"
-  "^servo/main\\.cpp$ | 120"
-  "^clients/examples/ | 150"
-  "CMakeLists\\.txt$  | 25"
-  "                   | 600")
-
-function(check_length source text)
-  # counted by length: splitting into a list would trip over ; and [
-  string(REPLACE "\n" "" joined "${text}")
-  string(LENGTH "${text}" with_newlines)
-  string(LENGTH "${joined}" without)
-  math(EXPR lines "${with_newlines} - ${without}")
-  foreach(cap IN LISTS caps)
-    string(REGEX MATCH "^([^ ]*) *\\| ([0-9]+)$" found "${cap}")
-    set(files "${CMAKE_MATCH_1}")
-    set(limit "${CMAKE_MATCH_2}")
-    if(files STREQUAL "" OR source MATCHES "${files}")
-      break()
-    endif()
-  endforeach()
-  if(lines GREATER limit)
-    message(SEND_ERROR "${source}: ${lines} lines, ${limit} are allowed; split it")
-  endif()
-endfunction()
 
 # of what clang-format does not wrap
 string(REPEAT "." 111 too_long)
@@ -114,7 +87,6 @@ list(APPEND sources CMakeLists.txt)
 
 foreach(source IN LISTS sources)
   file(READ ${ROOT}/${source} text)
-  check_length(${source} "${text}")
   if(NOT source MATCHES "\\.(h|cpp)$")
     check_lines(${source})
   endif()

@@ -21,6 +21,7 @@
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
+#include "proto/os/priorities.h"
 #include "proto/os/progress.h"
 #include "proto/os/realtime.h"
 #include "proto/os/session_file.h"
@@ -31,7 +32,6 @@ namespace {
 constexpr int64_t kDrainPeriodNs = 10'000'000;  // a hundredth of what the smallest ring holds
 // under every process of a session, above whoever watches: a ring holds four seconds, which is less
 // than sixty busy viewers may take from a recorder of normal priority
-constexpr int kFifoPriority = 10;
 
 struct RecordOptions {
   std::string output, config;
@@ -109,7 +109,7 @@ bool follow_realtime(Recorder& recorder, TraceWriter& trace) {
   const SegmentHeader* servo = recorder.servo_header();
   if (servo == nullptr) return false;
   const bool is_realtime = (servo->realtime_bits.load() & kRealtimeFifo) != 0;
-  if (is_realtime) enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = false});
+  if (is_realtime) enter_realtime({.fifo_priority = kRecorderPriority, .lock_memory = false});
   trace.share_priority();
   return true;
 }

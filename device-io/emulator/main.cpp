@@ -31,6 +31,7 @@
 #include "proto/config/quantity.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
+#include "proto/os/priorities.h"
 #include "proto/os/queued_order.h"
 #include "proto/os/realtime.h"
 
@@ -38,7 +39,6 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kTurnNs = 250'000;  // of the firmware's loop: two microframes of USB
-constexpr int kFifoPriority = 70;     // below the servo it tests
 constexpr int kLinePriority = 65;     // below both ends of the line
 
 struct Options {
@@ -286,7 +286,7 @@ int run(const Options& options) {
   // started first: a thread of normal priority
   std::optional<LineWorkers> line_workers;
   if (options.realtime) line_workers.emplace(kLinePriority);
-  if (options.realtime) enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = true});
+  if (options.realtime) enter_realtime({.fifo_priority = kEmulatorPriority, .lock_memory = true});
   EmulatedDevice device(device_parameters, now_ns());
   serve(device, GraspingHand(options.grasp), pty, log);
   const EmulatorLog::Outcome outcome = log.finish();

@@ -2,6 +2,7 @@
 #include "proto/ipc/process.h"
 #include "proto/math/assert.h"
 #include "proto/os/message.h"
+#include "proto/os/priorities.h"
 
 #include <poll.h>
 #include <sys/mman.h>

@@ -39,12 +39,6 @@
 ///   int main(int argc, char** argv) { return haptic::run_child(argc, argv, run); }
 namespace haptic {
 
-/// SCHED_FIFO priority of the threads that replace a dead process: hapticd's main thread and those
-/// that map a new writer's segment. Below every loop of a session (contact 60, servo 80), above
-/// everything else: on a busy machine a thread of normal priority waits tens of milliseconds for a
-/// processor, even to die.
-inline constexpr int kHousekeepingPriority = 40;
-
 /// Exit codes of the children, as hapticd interprets them.
 inline constexpr int kExitClean = 0;
 inline constexpr int kExitCrash = 1;     // restart

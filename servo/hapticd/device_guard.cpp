@@ -12,12 +12,12 @@
 #include "device-io/plugged/find_node.h"
 #include "device-io/plugged/send_release.h"
 #include "proto/math/units.h"
+#include "proto/os/priorities.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
 namespace {
 
-constexpr int kFifoPriority = 90;           // above the servo's 80
 constexpr int64_t kLookNs = 2 * kMs;        // longest period of the checks
 constexpr int64_t kHeldUpNs = 3 * kMs;      // a check later than this is skipped
 constexpr int64_t kLetGoNs = 50 * kMs;      // for the thread to take what is handed over
@@ -131,7 +131,7 @@ bool DeviceGuard::is_helpless(const Watched& watched, int64_t t_ns) noexcept {
 void DeviceGuard::run() {
   // without locked memory: pages used every 2 ms stay resident, and a process with tens of
   // megabytes locked takes tens of milliseconds to die before its children notice
-  enter_realtime({.fifo_priority = realtime_ ? kFifoPriority : 0, .lock_memory = false});
+  enter_realtime({.fifo_priority = realtime_ ? kGuardPriority : 0, .lock_memory = false});
   const int64_t look_ns = std::min(kLookNs, 2 * period_ns_);
   auto watched = std::make_unique<Watched>();
   ReleaseSchedule schedule;

@@ -19,6 +19,7 @@
 #include "proto/ipc/process.h"
 #include "proto/math/units.h"
 #include "proto/os/message.h"
+#include "proto/os/priorities.h"
 #include "proto/os/programs.h"
 #include "proto/os/realtime.h"
 #include "proto/os/source_tree.h"

@@ -21,6 +21,7 @@
 #include "proto/config/devices.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
+#include "proto/os/priorities.h"
 #include "proto/os/serial_port.h"
 #include "proto/os/session_file.h"
 #include "servo/model.h"
@@ -28,7 +29,6 @@
 namespace haptic {
 namespace {
 
-constexpr int kFifoPriority = 80;  // that of the servo
 constexpr int64_t kShowNs = 100'000'000;
 
 struct TryOptions {
@@ -203,7 +203,7 @@ void try_out(const TryOptions& options) {
   const SafetyLimits limits =
       build_servo_model(config, {caps.max_force, caps.max_torque, false}).limits;
   std::cout << one_line(tried.device().description()) << '\n';
-  enter_realtime({.fifo_priority = config.realtime != 0 ? kFifoPriority : 0});
+  enter_realtime({.fifo_priority = config.realtime != 0 ? kServoPriority : 0});
   std::vector<TrialRow> rows;
   std::optional<ExitCode> stopped;
   try {

@@ -10,13 +10,13 @@
 #include <cerrno>
 #include <stdexcept>
 
+#include "proto/os/priorities.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
 namespace {
 
-constexpr int kPriority = 85;  // above the loop, which waits for it
-constexpr int kLookMs = 20;    // whether to end
+constexpr int kLookMs = 20;  // whether to end
 
 }  // namespace
 
@@ -65,7 +65,7 @@ bool SerialTap::pass(int from, int to, bool by_device) {
 }
 
 void SerialTap::run() {
-  enter_realtime({.fifo_priority = kPriority});
+  enter_realtime({.fifo_priority = kLineTapPriority});
   while (!ending_) {
     std::array<pollfd, 2> ends{{{node_.get(), POLLIN, 0}, {master_.get(), POLLIN, 0}}};
     if (poll(ends.data(), ends.size(), kLookMs) <= 0) continue;

@@ -15,6 +15,7 @@
 #include "clients/library/histogram.h"
 #include "device-io/woodenhaptics/protocol.h"
 #include "proto/config/command_line.h"
+#include "proto/os/priorities.h"
 #include "proto/os/realtime.h"
 #include "proto/os/serial_port.h"
 
@@ -23,7 +24,6 @@ namespace {
 
 constexpr int64_t kPeriodNs = 1'000'000;     // a tick
 constexpr int64_t kPatienceNs = 20'000'000;  // a device that takes longer is lost to the servo
-constexpr int kFifoPriority = 80;            // of the servo
 
 struct Options {
   std::string node;
@@ -58,7 +58,7 @@ std::optional<EncoderReply> wait_for_answer(int node, ReplyReader& reader, int64
 Answers ask(const Options& options) {
   const FileDescriptor node = open_serial_port(options.node);
   const CommandText zero = encode_currents({}, Challenge::kNone, options.motors);
-  const RealtimeReport rights = enter_realtime({.fifo_priority = kFifoPriority});
+  const RealtimeReport rights = enter_realtime({.fifo_priority = kServoPriority});
   (void)rights;  // the machine's row says the load; without the right the tail is longer
   ReplyReader reader;
   Answers answers;

@@ -23,12 +23,12 @@
 #include "proto/config/command_line.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
+#include "proto/os/priorities.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
 namespace {
 
-constexpr int kFifoPriority = 5;               // under the recorder, which is watched too
 constexpr double kFaultsPerMinute = 100;       // goal, at least
 constexpr double kFaultsWithBodies = 80;       // a block that is lost is taken again in 0.7 s
 constexpr int64_t kProgressNs = kNsPerSecond;  // between two progress lines
@@ -330,7 +330,7 @@ void run_torture(const TortureCommand& options) {
         {folder.path(), recording, !options.no_realtime, options.six, options.bodies});
     // it has to see every frame, while 64 viewers may take both processors
     if (!options.no_realtime)
-      enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = false});
+      enter_realtime({.fifo_priority = kTorturePriority, .lock_memory = false});
     torture(options, session, result);
     session.stop();
     // what is left is work, which a real-time thread may not do for seconds

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "clients/lab/support/forked_process.h"
+#include "proto/os/priorities.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
@@ -28,7 +29,7 @@ StallWitness::~StallWitness() {
 
 void StallWitness::run(size_t processor, bool realtime) {
   pin_to_processor(processor);
-  enter_realtime({.fifo_priority = realtime ? 1 : 0, .lock_memory = false});
+  enter_realtime({.fifo_priority = realtime ? kWitnessPriority : 0, .lock_memory = false});
   DeadlineClock clock(kPeriodNs);
   while (!ending_.load(std::memory_order_relaxed)) {
     const Tick tick = clock.wait();
