@@ -63,7 +63,7 @@ Json joints_json(const SceneInfo& info) {
     const JointKindRow& row = row_of(joint.kind);
     joints.push_back({{"name", name.empty() ? "joint " + std::to_string(i) : name},
                       {"kind", row.name},
-                      {"turns", row.turns},
+                      {"turns", row.turns()},
                       {"lower", end(joint.lower)},
                       {"upper", end(joint.upper)}});
   }

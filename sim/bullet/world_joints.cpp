@@ -77,13 +77,13 @@ struct WorldJoints::Kept {
         stop(a, b) {
     for (RowConstraint* each : {&locks, &friction, &stop}) each->enableFeedback(true);
   }
-  bool has_coordinate() const { return row_of(joint.config.kind).has_coordinate; }
+  const JointKindRow& kind() const { return row_of(joint.config.kind); }
   bool is_held() const { return stuck || stop_steps > 0; }
   bool is_awake() const { return (is_mobile(a) && a.isActive()) || (is_mobile(b) && b.isActive()); }
   double speed() const { return dot(rows.along.a, twist_of(a)) + dot(rows.along.b, twist_of(b)); }
   /// Twist of A by a unit of speed, of a joint that leads.
   Twist motion() const {
-    if (joint.config.kind != JointKind::kHinge) return {rows.axis_W, {}};
+    if (!kind().turns()) return {rows.axis_W, {}};
     return {cross(rows.axis_W, pose_of(a).p - rows.anchor_W), rows.axis_W};
   }
   double lead_mobility() const { return 1 / dot(motion(), momentum_of(a, motion())); }
@@ -124,15 +124,14 @@ WorldJoints::WorldJoints(std::span<const JointConfig> joints,
     const auto n_of_a = std::ranges::count_if(joints, [&](const JointConfig& other) {
       return other.object == config.object || other.to == config.object;
     });
-    const bool is_one = kept->has_coordinate() && config.kind != JointKind::kCylinder;
     const bool is_fixed = is_to_world || never_moves[config.to] != 0;
-    kept->leads = is_one && n_of_a == 1 && is_fixed;
+    kept->leads = kept->kind().is_led() && n_of_a == 1 && is_fixed;
     if (kept->leads) {
       // both act along the coordinate alone
       a.setGravity({0, 0, 0});
       a.setFlags(0);
     }
-    if (config.kind == JointKind::kBall && n_of_a == 1 && is_fixed) {
+    if (kept->kind().swings && n_of_a == 1 && is_fixed) {
       kept->swinging.emplace(a, -kept->joint.X_AJ.p, gravity_W);
     }
     kept->rows = rows_of(*kept);
@@ -161,16 +160,8 @@ double WorldJoints::weight_at(const Kept& kept, double position) const {
   const Vec3 weight_W = kept.a.getMass() * gravity_W_;
   const JointRows& rows = kept.rows;
   const Pose X_WB = pose_of(kept.b);
-  switch (kept.joint.config.kind) {
-    case JointKind::kHinge:
-      return dot(weight_W,
-                 cross(rows.axis_W, pose_on(kept.joint, X_WB, position).p - rows.anchor_W));
-    case JointKind::kCurve:
-      return dot(weight_W,
-                 rotate(X_WB.q * kept.joint.X_BJ.q, curve_at(kept.joint.curve, position).tangent));
-    default:
-      return dot(weight_W, rows.axis_W);
-  }
+  if (!kept.kind().turns()) return dot(weight_W, direction_on(kept.joint, X_WB, position));
+  return dot(weight_W, cross(rows.axis_W, pose_on(kept.joint, X_WB, position).p - rows.anchor_W));
 }
 
 /// A body by its own coordinate: changes its speed, and gives Bullet rows that only act along it.
@@ -259,7 +250,7 @@ void WorldJoints::before(double dt, const PushedMean& pushed) {
       kept->swinging->before(dt);
       if (kept->swinging->is_free()) kept->locks.n = 0;
     }
-    if (!kept->has_coordinate() || !kept->is_awake()) continue;
+    if (!kept->kind().has_coordinate() || !kept->is_awake()) continue;
     if (kept->leads) {
       lead(*kept, dt, pushed);
     } else {
@@ -276,7 +267,7 @@ void WorldJoints::after(double dt, std::span<const uint8_t> touches) {
     if (kept->swinging && kept->is_awake()) {
       kept->swinging->after(kept->rows.anchor_W, touches[config.object] != 0);
     }
-    if (kept->has_coordinate() && kept->is_awake()) {
+    if (kept->kind().has_coordinate() && kept->is_awake()) {
       const double slid = kept->friction.n > 0 ? kept->friction.getAppliedImpulse() : 0;
       const bool stops = kept->stop.n > 0 && kept->stop.getAppliedImpulse() != 0;
       kept->stuck = config.friction > 0 && std::fabs(slid) < kSticks * config.friction * dt;
@@ -356,7 +347,7 @@ JointEffect WorldJoints::effect(uint32_t object) const {
   const btRigidBody* const body = bodies_[object].get();
   for (const auto& kept : joints_) {
     if (kept->swinging && &kept->a == body) effect.moves_by_mean = kept->swinging->is_free();
-    if ((&kept->a != body && &kept->b != body) || !kept->has_coordinate()) continue;
+    if ((&kept->a != body && &kept->b != body) || !kept->kind().has_coordinate()) continue;
     const JointConfig& config = kept->joint.config;
     const double speed = kept->speed();
     const double weight = kept->leads ? weight_at(*kept, kept->rows.position) : kept->weight;
@@ -372,9 +363,9 @@ JointEffect WorldJoints::effect(uint32_t object) const {
     effect.moves_by_mean = kept->is_free;
     const Vec3 arm_W = pose_of(kept->a).p - kept->rows.anchor_W;
     const Vec3& axis_W = kept->rows.axis_W;
-    effect.bias_W.v += speed * speed *
-                       (config.kind == JointKind::kHinge ? cross(axis_W, cross(axis_W, arm_W))
-                                                         : kept->rows.curvature_W);
+    effect.bias_W.v +=
+        speed * speed *
+        (kept->kind().turns() ? cross(axis_W, cross(axis_W, arm_W)) : kept->rows.curvature_W);
   }
   return effect;
 }

@@ -39,13 +39,54 @@ double twist_about_z(const Quat& q, double near) {
   return angle + turn * std::round((near - angle) / turn);
 }
 
+JointAxis straight_axis(const Joint&, const Pose& A, const Pose& B, double) {
+  const std::array<Vec3, 3> axes_W{rotate(B.q, {1, 0, 0}), rotate(B.q, {0, 1, 0}),
+                                   rotate(B.q, {0, 0, 1})};
+  return {axes_W, B.p, {}, dot(axes_W[2], A.p - B.p)};
+}
+
+CurvePoint straight_point(const Joint&, double position) {
+  return {{0, 0, position}, {0, 0, 1}, {}};
+}
+
+JointAxis curved_axis(const Joint& joint, const Pose& A, const Pose& B, double near) {
+  const double position = nearest_length(joint.curve, inverse(B) * A.p, near);
+  const CurvePoint at = curve_at(joint.curve, position);
+  const Vec3 tangent_W = rotate(B.q, at.tangent), across_W = any_perpendicular(tangent_W);
+  return {{across_W, cross(tangent_W, across_W), tangent_W},
+          B * at.p,
+          rotate(B.q, at.curvature),
+          position};
+}
+
+CurvePoint curved_point(const Joint& joint, double position) {
+  return curve_at(joint.curve, position);
+}
+
+}  // namespace
+
+extern const JointPath straight_path{straight_axis, straight_point};
+extern const JointPath curved_path{curved_axis, curved_point};
+#define JOINT(kind, name, path, ...) extern const JointPath path;
+#include "proto/config/joints.def"
+
+namespace {
+
+const JointPath& path_of(const Joint& joint) {
+  static constexpr std::array<const JointPath*, kJointKinds.size()> kPaths{
+#define JOINT(kind, name, path, ...) &path,
+#include "proto/config/joints.def"
+  };
+  return *kPaths[static_cast<size_t>(joint.config.kind)];
+}
+
 }  // namespace
 
 Joint build_joint(const JointConfig& config, const Pose& X_WA, const Pose& X_WB) {
   Joint joint;
   joint.config = config;
-  const bool is_curve = config.kind == JointKind::kCurve;
-  const Pose X_WJ{config.at_W, is_curve ? Quat{} : from_z_to(config.axis_W)};
+  const bool has_points = row_of(config.kind).has_points;
+  const Pose X_WJ{config.at_W, has_points ? Quat{} : from_z_to(config.axis_W)};
   joint.X_AJ = inverse(X_WA) * X_WJ;
   joint.X_BJ = inverse(X_WB) * X_WJ;
   std::vector<double> positions, loads;
@@ -54,7 +95,7 @@ Joint build_joint(const JointConfig& config, const Pose& X_WA, const Pose& X_WB)
     loads.push_back(config.detents[i].load);
   }
   if (config.n_detents > 0) joint.detents = build_spline(positions, loads);
-  if (!is_curve) return joint;
+  if (!has_points) return joint;
   std::vector<Vec3> points{{}};
   for (uint32_t i = 0; i < config.n_points; ++i) {
     points.push_back(inverse(X_WJ) * config.points_W[i]);
@@ -66,48 +107,36 @@ Joint build_joint(const JointConfig& config, const Pose& X_WA, const Pose& X_WB)
 }
 
 JointRows joint_rows(const Joint& joint, const Pose& X_WA, const Pose& X_WB, double near) {
+  const JointKindRow& kind = row_of(joint.config.kind);
   const Pose A = X_WA * joint.X_AJ, B = X_WB * joint.X_BJ;
-  const Quat turned = A.q * conjugate(B.q);
+  const JointAxis axis = path_of(joint).axis(joint, A, B, near);
+  const std::array<Vec3, 3>& axes = axis.axes_W;
   JointRows rows;
-  rows.anchor_W = B.p;
-  std::array<Vec3, 3> axes{rotate(B.q, {1, 0, 0}), rotate(B.q, {0, 1, 0}), rotate(B.q, {0, 0, 1})};
-  const JointKind kind = joint.config.kind;
-  if (kind == JointKind::kCurve) {
-    rows.position = nearest_length(joint.curve, inverse(B) * A.p, near);
-    const CurvePoint at = curve_at(joint.curve, rows.position);
-    axes[2] = rotate(B.q, at.tangent);
-    axes[0] = any_perpendicular(axes[2]);
-    axes[1] = cross(axes[2], axes[0]);
-    rows.anchor_W = B * at.p;
-    rows.curvature_W = rotate(B.q, at.curvature);
-  }
+  rows.anchor_W = axis.anchor_W;
   rows.axis_W = axes[2];
-  const Vec3 off = A.p - rows.anchor_W;
+  rows.curvature_W = axis.curvature_W;
   const auto lock = [&](JointRow row, double error) {
     row.error = error;
     rows.locks[rows.n_locks++] = row;
   };
-  const bool is_held_along =
-      kind == JointKind::kHinge || kind == JointKind::kBall || kind == JointKind::kFixed;
-  for (size_t k = 0; k < (is_held_along ? 3u : 2u); ++k) {
+  const Vec3 off = A.p - axis.anchor_W;
+  for (size_t k = 0; k < (kind.slides ? 2u : 3u); ++k) {
     lock(along_row(axes[k], A.p, X_WA.p, X_WB.p), dot(axes[k], off));
   }
-  const Vec3 rotation = to_rotation_vector(turned);
-  if (kind == JointKind::kHinge || kind == JointKind::kCylinder) {
+  const Vec3 rotation = to_rotation_vector(A.q * conjugate(B.q));
+  if (kind.twists) {
     const Vec3 swung = cross(axes[2], rotate(A.q, {0, 0, 1}));
     for (size_t k = 0; k < 2; ++k) lock(about_row(axes[k]), dot(axes[k], swung));
-  } else if (kind != JointKind::kBall) {
-    for (const Vec3& axis : axes) lock(about_row(axis), dot(axis, rotation));
+  } else if (!kind.swings) {
+    for (const Vec3& each : axes) lock(about_row(each), dot(each, rotation));
   }
-  if (kind == JointKind::kHinge) {
+  if (kind.turns()) {
     rows.along = about_row(axes[2]);
     rows.position = twist_about_z(conjugate(B.q) * A.q, near);
-  } else if (kind == JointKind::kSlider || kind == JointKind::kCylinder) {
+  } else if (kind.slides) {
     rows.along = along_row(axes[2], A.p, X_WA.p, X_WB.p);
-    rows.position = dot(axes[2], off);
-  } else if (kind == JointKind::kCurve) {
-    rows.along = along_row(axes[2], A.p, X_WA.p, X_WB.p);
-  } else if (kind == JointKind::kBall) {
+    rows.position = axis.position;
+  } else if (kind.swings) {
     rows.position = norm(rotation);
     if (rows.position > 0) rows.along = about_row(rotation / rows.position);
   }
@@ -115,20 +144,19 @@ JointRows joint_rows(const Joint& joint, const Pose& X_WA, const Pose& X_WB, dou
 }
 
 Pose pose_on(const Joint& joint, const Pose& X_WB, double position) {
+  HAPTIC_ASSERT(row_of(joint.config.kind).is_led());
   Pose X_JJ;
-  switch (joint.config.kind) {
-    case JointKind::kHinge:
-      X_JJ.q = from_rotation_vector({0, 0, position});
-      break;
-    case JointKind::kCurve:
-      X_JJ.p = curve_at(joint.curve, position).p;
-      break;
-    default:
-      HAPTIC_ASSERT(joint.config.kind == JointKind::kSlider);
-      X_JJ.p = {0, 0, position};
+  if (row_of(joint.config.kind).turns()) {
+    X_JJ.q = from_rotation_vector({0, 0, position});
+  } else {
+    X_JJ.p = path_of(joint).at(joint, position).p;
   }
   const Pose X_WA = X_WB * joint.X_BJ * X_JJ * inverse(joint.X_AJ);
   return {X_WA.p, normalized(X_WA.q)};
+}
+
+Vec3 direction_on(const Joint& joint, const Pose& X_WB, double position) {
+  return rotate(X_WB.q * joint.X_BJ.q, path_of(joint).at(joint, position).tangent);
 }
 
 JointLoad load_at(const Joint& joint, double position) {

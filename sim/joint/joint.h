@@ -24,6 +24,22 @@ struct Joint {
   Curve curve;      // in J of B
 };
 
+/// The axis of a joint where its bodies are.
+struct JointAxis {
+  std::array<Vec3, 3> axes_W;  // the third is the axis
+  Vec3 anchor_W;               // of B
+  Vec3 curvature_W;            // of the way of the anchor [1/m]
+  double position = 0;         // of A along it [m]
+};
+
+/// The shape of a joint's axis, of each kind in proto/config/joints.def.
+struct JointPath {
+  /// The axis for A and B at these poses of J. `near`: position a little while ago.
+  JointAxis (*axis)(const Joint& joint, const Pose& X_WJa, const Pose& X_WJb, double near);
+  /// The point at a position, in J of B.
+  CurvePoint (*at)(const Joint& joint, double position);
+};
+
 /// At the start the two bodies have these poses.
 Joint build_joint(const JointConfig& config, const Pose& X_WA, const Pose& X_WB);
 
@@ -47,8 +63,11 @@ struct JointRows {
 /// `near`: position a little while ago; a hinge that has turned more than once goes on from there.
 JointRows joint_rows(const Joint& joint, const Pose& X_WA, const Pose& X_WB, double near);
 
-/// Where A is at a position of a hinge, slider or curve.
+/// Where A is at a position of a joint that its coordinate leads.
 Pose pose_on(const Joint& joint, const Pose& X_WB, double position);
+
+/// The direction in W in which a joint that slides goes from a position on.
+Vec3 direction_on(const Joint& joint, const Pose& X_WB, double position);
 
 /// What spring and detents do along the coordinate, and how it changes with the position.
 struct JointLoad {

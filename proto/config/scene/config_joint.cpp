@@ -19,7 +19,7 @@ struct JointDimensions {
 };
 
 JointDimensions dimensions_of(const JointKindRow& row) {
-  if (row.turns) return {kAngle, kTorque, kRotationalStiffness, kRotationalDamping};
+  if (row.turns()) return {kAngle, kTorque, kRotationalStiffness, kRotationalDamping};
   return {kLength, kForce, kStiffness, kDamping};
 }
 
@@ -107,16 +107,16 @@ void read_joint(Section& section, SessionConfig& config) {
   const JointKindRow& row = row_of(joint.kind);
   const Vec3& start_W = config.objects[joint.object].X_WO.p;
   joint.at_W = start_W;
-  if (joint.kind == JointKind::kCurve) {
+  if (row.has_points) {
     read_points(section, start_W, joint);
   } else {
     section.read_lengths("at", kAny, joint.at_W);
   }
-  if (row.has_axis) {
+  if (row.has_axis()) {
     section.require("axis", "axis = [0, 1, 0]");
     section.read_direction("axis", joint.axis_W);
   }
-  if (row.has_coordinate) read_laws(section, dimensions_of(row), joint);
+  if (row.has_coordinate()) read_laws(section, dimensions_of(row), joint);
   section.finish();
   ++config.n_joints;
 }

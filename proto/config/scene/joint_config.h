@@ -10,28 +10,34 @@
 
 namespace haptic {
 
-enum class JointKind : uint32_t { kHinge, kSlider, kCylinder, kBall, kFixed, kCurve };
-
-struct JointKindRow {
-  std::string_view name;
-  JointKind id;
-  bool has_axis = false;
-  bool has_coordinate = false;  // limits, spring, damper, friction and detents act on it
-  bool turns = false;           // its coordinate is an angle
+enum class JointKind : uint32_t {
+#define JOINT(id, name, path, ...) id,
+#include "proto/config/joints.def"
 };
 
-inline constexpr std::array<JointKindRow, 6> kJointKinds{{
-    {.name = "hinge",
-     .id = JointKind::kHinge,
-     .has_axis = true,
-     .has_coordinate = true,
-     .turns = true},
-    {.name = "slider", .id = JointKind::kSlider, .has_axis = true, .has_coordinate = true},
-    {.name = "cylinder", .id = JointKind::kCylinder, .has_axis = true, .has_coordinate = true},
-    {.name = "ball", .id = JointKind::kBall},
-    {.name = "fixed", .id = JointKind::kFixed},
-    {.name = "curve", .id = JointKind::kCurve, .has_coordinate = true},
-}};
+/// The freedoms that a kind of joint leaves. One that slides or twists has a coordinate, on which
+/// limits, spring, damper, friction and detents act.
+struct JointKindRow {
+  JointKind id{};
+  std::string_view name;
+  bool slides = false;      // along its axis
+  bool twists = false;      // about its axis
+  bool swings = false;      // about every axis
+  bool has_points = false;  // its axis is a curve through these, and turns nothing
+
+  constexpr bool has_coordinate() const { return slides || twists; }
+  constexpr bool has_axis() const { return has_coordinate() && !has_points; }
+  /// Its coordinate is an angle.
+  constexpr bool turns() const { return twists && !slides; }
+  /// Its coordinate alone says where the body is.
+  constexpr bool is_led() const { return slides != twists; }
+};
+
+inline constexpr std::array kJointKinds{
+#define JOINT(kind, word, path, ...) \
+  JointKindRow{.id = JointKind::kind, .name = word __VA_OPT__(, ) __VA_ARGS__},
+#include "proto/config/joints.def"
+};
 
 constexpr const JointKindRow& row_of(JointKind kind) {
   return kJointKinds[static_cast<size_t>(kind)];
