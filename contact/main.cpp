@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <string_view>
 
+#include "contact/bake/reach.h"
 #include "contact/bake/session.h"
 #include "contact/loop.h"
 #include "proto/os/progress.h"

@@ -12,6 +12,7 @@
 #include "contact/bake/cache.h"
 #include "contact/bake/piece_files.h"
 #include "contact/bake/pieces.h"
+#include "contact/bake/reach.h"
 #include "contact/bake/session.h"
 #include "contact/bake/volume.h"
 #include "proto/config/command_line.h"

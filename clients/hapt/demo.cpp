@@ -24,6 +24,7 @@
 #include "clients/report/session_plot.h"
 #include "clients/report/summary.h"
 #include "clients/report/verdict.h"
+#include "contact/bake/reach.h"
 #include "proto/config/command_line.h"
 #include "proto/config/config.h"
 #include "proto/config/config_shape.h"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clients/log/log_survey.h"
+#include "clients/view/tightest.h"
 #include "clients/view/view.h"
 #include "clients/view/web/web.h"
 #include "proto/config/config.h"
@@ -21,18 +22,6 @@ struct EyeFiles {
   std::vector<SharedText> objects;
   SharedText tool_pieces;
   std::vector<SharedText> object_pieces;
-};
-
-/// The place of a recording at which the tool came nearest to an object, as `hapt clearance --json`
-/// has measured it; drawn by the page.
-struct TightestPlace {
-  uint32_t object = 0;
-  std::string name;     // of the object
-  uint64_t tick = 0;    // of the recording
-  double t = 0;         // since its first frame [s]
-  double distance = 0;  // [m]; 0: they meet
-  Vec3 tool_point_W, object_point_W;
-  Pose X_WT;
 };
 
 /// The properties that only a log has.
@@ -57,16 +46,6 @@ struct SceneInfo {
 /// Reads the text of a session file into the info; one that cannot be read here leaves the config
 /// empty and returns why.
 std::string use_config(SceneInfo& info, const std::string& text);
-
-/// The tightest place in the text that `hapt clearance --json` prints. `file` is named in messages.
-/// Throws InputError.
-TightestPlace parse_tightest(std::string_view text, const std::string& file);
-
-/// Reads such a file. Throws InputError.
-TightestPlace read_tightest(const std::string& path);
-
-/// "The tool is nearest to 'opening' at 3.41 s: 1.23 mm".
-std::string words_of(const TightestPlace& place);
 
 /// The content of /scene.json. The text of the session file may hold comments and paths: only who
 /// may control is given it.

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/view/tightest.h"
+
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "clients/view/scene.h"
 #include "proto/os/message.h"
 #include "proto/os/regular_file.h"
 

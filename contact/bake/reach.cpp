@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/bake/reach.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
 
-#include "contact/bake/session.h"
 #include "contact/query/point/closest_point.h"
 #include "proto/config/devices.h"
 #include "proto/wire/mapping.h"
