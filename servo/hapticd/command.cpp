@@ -17,16 +17,26 @@
 namespace haptic {
 namespace {
 
-constexpr const char* kCommands =
-    "status, status text, config, stop, clear-fault, arm, disarm, pause, resume, "
-    "lead X Y Z, release, "
-    "set stiffness|damping|rotational-stiffness|rotational-damping|time-scale|renderer|solver "
-    "VALUE";
 constexpr double kUnitQuaternion = 1e-3;  // how far a written one may be from length 1
 
-ControlCommand refused(const std::string& problem) {
-  return {CommandKind::kRefused, false, one_line(problem), ""};
+/// Why a command is not carried out, in one line.
+struct Refusal : MessageError {
+  using MessageError::MessageError;
+};
+
+/// Throws for what is lacking; an empty text: nothing.
+void refuse_if(const std::string& before, const std::string& lack) {
+  if (!lack.empty()) throw Refusal(before + lack);
 }
+
+/// A command that changes the desired state: the words after its own, the session, and the state as
+/// it is, then as it is asked to be.
+struct Request {
+  std::string_view words;
+  const SessionConfig& config;
+  ControlFrame wanted;
+  std::string warning = {};  // what to know of the change; empty: nothing
+};
 
 /// Removes the first word from `line` and returns it.
 std::string_view take_word(std::string_view& line) {
@@ -37,45 +47,41 @@ std::string_view take_word(std::string_view& line) {
   return word;
 }
 
-/// What the session lacks for a renderer, given the springs of the wanted frame; empty: nothing.
-std::string lack_with(const SessionConfig& config, Renderer renderer, const ControlFrame& wanted) {
+/// What the session lacks for a renderer, given the wanted springs; empty: nothing.
+std::string lack_with(const Request& request, Renderer renderer) {
+  const ControlFrame& wanted = request.wanted;
   const Springs springs{wanted.translational_stiffness, wanted.rotational_stiffness};
   const SoftSolver solver =
-      soft_solver_of(wanted.solver).value_or(solver_of(config.proxy, renderer));
-  return lack_of(config, renderer, solver, springs, baked_for(config));
+      soft_solver_of(wanted.solver).value_or(solver_of(request.config.proxy, renderer));
+  return lack_of(request.config, renderer, solver, springs, baked_for(request.config));
 }
 
-ControlCommand set_renderer(std::string_view name, const SessionConfig& config,
-                            ControlFrame& wanted) {
-  const RendererRow* row = find_renderer(name);
-  if (row == nullptr) {
-    return refused(unknown_renderer(name));
+void set_renderer(Request& request) {
+  const RendererRow* row = find_renderer(request.words);
+  if (row == nullptr) throw Refusal(unknown_renderer(request.words));
+  request.wanted.renderer = static_cast<uint32_t>(row->id);
+  if (row->moves == Moves::kSoftBody) {
+    request.wanted.solver = number_of(solver_of(request.config.proxy, row->id));
   }
-  wanted.renderer = static_cast<uint32_t>(row->id);
-  if (row->moves == Moves::kSoftBody) wanted.solver = number_of(solver_of(config.proxy, row->id));
-  const std::string lack = lack_with(config, row->id, wanted);
-  if (!lack.empty()) return refused("renderer: '" + std::string(name) + "' " + lack);
-  return {CommandKind::kChange, false, "", ""};
+  refuse_if("renderer: '" + std::string(request.words) + "' ", lack_with(request, row->id));
 }
 
-ControlCommand set_solver(std::string_view name, const SessionConfig& config,
-                          ControlFrame& wanted) {
-  const auto known = std::find(kSoftSolverNames.begin(), kSoftSolverNames.end(), name);
+void set_solver(Request& request) {
+  const std::string_view name = request.words;
+  const auto known = std::ranges::find(kSoftSolverNames, name);
   if (known == kSoftSolverNames.end()) {
     const std::vector<std::string_view> names(kSoftSolverNames.begin(), kSoftSolverNames.end());
-    return refused("there is no solver '" + shown(name) + "'; " + suggestion(name, names));
+    throw Refusal("there is no solver '" + shown(name) + "'; " + suggestion(name, names));
   }
-  const RendererRow& renderer = row_of(static_cast<Renderer>(wanted.renderer));
+  const RendererRow& renderer = row_of(static_cast<Renderer>(request.wanted.renderer));
   if (renderer.moves != Moves::kSoftBody) {
-    return refused(
+    throw Refusal(
         "solver: the present renderer '" + std::string(renderer.name) +
         "' has one of its own; first set renderer voxel, direct6, localized or sensation");
   }
-  wanted.solver = number_of(static_cast<SoftSolver>(known - kSoftSolverNames.begin()));
-  const std::string lack = lack_with(config, renderer.id, wanted);
-  if (!lack.empty())
-    return refused("solver: with '" + std::string(name) + "' the renderer " + lack);
-  return {CommandKind::kChange, false, "", ""};
+  request.wanted.solver = number_of(static_cast<SoftSolver>(known - kSoftSolverNames.begin()));
+  refuse_if("solver: with '" + std::string(name) + "' the renderer ",
+            lack_with(request, renderer.id));
 }
 
 /// Why the hand of this session cannot be led; empty: it can.
@@ -87,40 +93,38 @@ std::string why_not_led(const DeviceConfig& device) {
   return "no hand holds the simulated device (hand_stiffness is 0): nothing to lead";
 }
 
-ControlCommand lead(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
-  const std::string problem = why_not_led(config.device);
-  if (!problem.empty()) return refused("lead: " + problem);
+void lead(Request& request) {
+  const SessionConfig& config = request.config;
+  refuse_if("lead: ", why_not_led(config.device));
   std::array<double, 7> numbers{0, 0, 0, 1};
   size_t n = 0;
   try {
-    for (; !line.empty() && n < numbers.size(); ++n) {
-      numbers[n] = parse_number(take_word(line), {-kMostLength, kMostLength});
+    for (; !request.words.empty() && n < numbers.size(); ++n) {
+      numbers[n] = parse_number(take_word(request.words), {-kMostLength, kMostLength});
     }
   } catch (const QuantityError& error) {
-    return refused(std::string("lead: ") + error.what());
+    throw Refusal(std::string("lead: ") + error.what());
   }
   const Quat q{numbers[4], numbers[5], numbers[6], numbers[3]};
-  if (!line.empty() || (n != 3 && n != 7)) {
-    return refused(
+  if (!request.words.empty() || (n != 3 && n != 7)) {
+    throw Refusal(
         "lead: takes X Y Z of the tool in the scene [m], or X Y Z QW QX QY QZ, as 'lead 0 0 0.05'");
   }
   if (std::fabs(dot(q, q) - 1) > kUnitQuaternion) {
-    return refused("lead: QW QX QY QZ is no rotation; its length has to be 1");
+    throw Refusal("lead: QW QX QY QZ is no rotation; its length has to be 1");
   }
   // without an orientation, and where the handle cannot turn: the tool as the handle holds it at
   // rest
   const bool turns = n == 7 && config.device.hand.inertia > 0;
   const Quat at_rest = config.map.X_WB.q * config.map.X_HT.q;
-  wanted.X_WT_intent = {{numbers[0], numbers[1], numbers[2]}, turns ? normalized(q) : at_rest};
-  wanted.leading = 1;
-  return {CommandKind::kLead, false, "", ""};
+  request.wanted.X_WT_intent = {{numbers[0], numbers[1], numbers[2]},
+                                turns ? normalized(q) : at_rest};
+  request.wanted.leading = 1;
 }
 
-ControlCommand release(const SessionConfig& config, ControlFrame& wanted) {
-  const std::string problem = why_not_led(config.device);
-  if (!problem.empty()) return refused("release: " + problem);
-  wanted.leading = 0;
-  return {CommandKind::kLead, false, "", ""};
+void release(Request& request) {
+  refuse_if("release: ", why_not_led(request.config.device));
+  request.wanted.leading = 0;
 }
 
 /// A settable number; `most` is its largest value in SI units.
@@ -144,25 +148,24 @@ double parse_value(std::string_view text, const Parameter& parameter) {
                              : parse_number(text, range);
 }
 
-ControlCommand set(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
-  const std::string_view key = take_word(line);
-  if (key == "renderer") return set_renderer(line, config, wanted);
-  if (key == "solver") return set_solver(line, config, wanted);
-  const auto parameter = std::find_if(kParameters.begin(), kParameters.end(),
-                                      [&](const Parameter& p) { return p.name == key; });
+void set(Request& request) {
+  const std::string_view key = take_word(request.words);
+  if (key == "renderer") return set_renderer(request);
+  if (key == "solver") return set_solver(request);
+  const auto parameter = std::ranges::find(kParameters, key, &Parameter::name);
   if (parameter == kParameters.end()) {
     std::vector<std::string_view> known{"renderer", "solver"};
     for (const Parameter& each : kParameters) known.push_back(each.name);
-    return refused("cannot set '" + shown(key) + "'; " + suggestion(key, known));
+    throw Refusal("cannot set '" + shown(key) + "'; " + suggestion(key, known));
   }
+  const std::string before = std::string(key) + ": ";
   try {
-    wanted.*parameter->target = parse_value(line, *parameter);
+    request.wanted.*parameter->target = parse_value(request.words, *parameter);
   } catch (const QuantityError& error) {
-    return refused(std::string(key) + ": " + error.what());
+    throw Refusal(before + error.what());
   }
-  const std::string lack = lack_with(config, static_cast<Renderer>(wanted.renderer), wanted);
-  if (!lack.empty()) return refused(std::string(key) + ": the present renderer " + lack);
-  return {CommandKind::kChange, false, "", ""};
+  const auto renderer = static_cast<Renderer>(request.wanted.renderer);
+  refuse_if(before + "the present renderer ", lack_with(request, renderer));
 }
 
 /// The session as it would be.
@@ -174,66 +177,106 @@ SessionConfig changed_by(const ControlFrame& wanted, SessionConfig config) {
   return config;
 }
 
-/// A change that was understood, unless the device could not hold it.
-ControlCommand held(const ControlFrame& before, const ControlFrame& wanted,
-                    const SessionConfig& config, bool is_forced) {
-  const SessionConfig now = changed_by(before, config), changed = changed_by(wanted, config);
-  const std::string beyond = too_stiff(changed, &now);
-  if (!beyond.empty() && !is_forced) return refused(beyond);
-  ControlCommand command{CommandKind::kChange, false, "", ""};
+/// set, unless the device could not hold it; with the warnings that are new.
+void set_and_check(Request& request) {
+  constexpr std::string_view kForce = " --force";
+  const bool is_forced = request.words.ends_with(kForce);
+  if (is_forced) request.words.remove_suffix(kForce.size());
+  const SessionConfig now = changed_by(request.wanted, request.config);
+  set(request);
+  const SessionConfig changed = changed_by(request.wanted, request.config);
+  if (!is_forced) refuse_if("", too_stiff(changed, &now));
   const std::vector<std::string> known = config_warnings(now);
   for (const std::string& line : config_warnings(changed)) {
-    if (std::find(known.begin(), known.end(), line) != known.end()) continue;
-    command.warning += (command.warning.empty() ? "" : "; ") + line;
+    if (std::ranges::find(known, line) != known.end()) continue;
+    request.warning += (request.warning.empty() ? "" : "; ") + line;
   }
-  return command;
 }
 
-ControlCommand set_and_check(std::string_view line, const SessionConfig& config,
-                             ControlFrame& wanted) {
-  constexpr std::string_view kForce = " --force";
-  const bool is_forced = line.ends_with(kForce);
-  if (is_forced) line.remove_suffix(kForce.size());
-  const ControlFrame before = wanted;
-  const ControlCommand command = set(line, config, wanted);
-  return command.kind == CommandKind::kChange ? held(before, wanted, config, is_forced) : command;
+template <auto kMember, uint32_t kValue>
+void put(Request& request) {
+  request.wanted.*kMember = kValue;
+}
+
+void clear_fault(Request& request) {
+  ++request.wanted.fault_clears;
+  request.wanted.fault = 0;
+}
+
+std::string answer_status(const SessionStatus& status, const std::string&) {
+  return status_json(status);
+}
+
+std::string answer_status_text(const SessionStatus& status, const std::string&) {
+  return status_text(status);
+}
+
+std::string answer_config(const SessionStatus&, const std::string& config_text) {
+  return config_text;
+}
+
+/// A command is a row.
+struct CommandRow {
+  std::string_view word;
+  std::string_view rest = {};  // exactly what follows; of one that takes words, their description
+  bool takes_words = false;
+  CommandKind kind = CommandKind::kChange;
+  AnswerText* answer = nullptr;        // of a question
+  void (*change)(Request&) = nullptr;  // of a change and of kLead; throws Refusal
+};
+constexpr CommandRow kCommands[] = {
+    {.word = "status", .kind = CommandKind::kQuestion, .answer = answer_status},
+    {.word = "status",
+     .rest = "text",
+     .kind = CommandKind::kQuestion,
+     .answer = answer_status_text},
+    {.word = "config", .kind = CommandKind::kQuestion, .answer = answer_config},
+    {.word = "stop", .kind = CommandKind::kStop},
+    {.word = "clear-fault", .change = clear_fault},
+    {.word = "arm", .change = put<&ControlFrame::armed, 1>},
+    {.word = "disarm", .change = put<&ControlFrame::armed, 0>},
+    {.word = "pause", .change = put<&ControlFrame::paused, 1>},
+    {.word = "resume", .change = put<&ControlFrame::paused, 0>},
+    {.word = "lead",
+     .rest = "X Y Z",
+     .takes_words = true,
+     .kind = CommandKind::kLead,
+     .change = lead},
+    {.word = "release", .kind = CommandKind::kLead, .change = release},
+    {.word = "set",
+     .rest = "stiffness|damping|rotational-stiffness|rotational-damping|time-scale|renderer|solver "
+             "VALUE",
+     .takes_words = true,
+     .change = set_and_check},
+};
+
+/// The row of a word and what follows it. Throws Refusal, which lists all commands.
+const CommandRow& find_command(std::string_view word, std::string_view rest) {
+  std::string known;
+  for (const CommandRow& row : kCommands) {
+    if (row.word == word && (row.takes_words || row.rest == rest)) return row;
+    known += (known.empty() ? "" : ", ") + std::string(row.word);
+    if (!row.rest.empty()) known += " " + std::string(row.rest);
+  }
+  if (!rest.empty()) throw Refusal("'" + shown(word) + "' takes nothing after it");
+  throw Refusal("unknown command '" + shown(word) + "'; known: " + known);
 }
 
 }  // namespace
 
 ControlCommand apply_command(std::string_view line, const SessionConfig& config,
-                             ControlFrame& wanted) {
+                             ControlFrame& wanted) try {
   const std::string_view word = take_word(line);
-  if (word == "status" && line == "text") return {CommandKind::kStatusText, false, "", ""};
-  if (word != "set" && word != "lead" && !line.empty()) {
-    return refused("'" + shown(word) + "' takes nothing after it");
-  }
-  ControlFrame changed = wanted;
-  ControlCommand command{CommandKind::kChange, false, "", ""};
-  if (word == "status") return {CommandKind::kStatus, false, "", ""};
-  if (word == "config") return {CommandKind::kConfig, false, "", ""};
-  if (word == "stop") return {CommandKind::kStop, false, "", ""};
-  if (word == "clear-fault") {
-    ++changed.fault_clears;
-    changed.fault = 0;
-    command.clears_fault = true;
-  } else if (word == "arm" || word == "disarm") {
-    changed.armed = word == "arm" ? 1 : 0;
-  } else if (word == "pause" || word == "resume") {
-    changed.paused = word == "pause" ? 1 : 0;
-  } else if (word == "set") {
-    command = set_and_check(line, config, changed);
-  } else if (word == "lead") {
-    command = lead(line, config, changed);
-  } else if (word == "release") {
-    command = release(config, changed);
-  } else {
-    return refused("unknown command '" + shown(word) + "'; known: " + kCommands);
-  }
-  if (command.kind != CommandKind::kChange && command.kind != CommandKind::kLead) return command;
-  ++changed.revision;
-  wanted = changed;
-  return command;
+  const CommandRow& row = find_command(word, line);
+  if (row.change == nullptr) return {.kind = row.kind, .answer = row.answer};
+  Request request{line, config, wanted};
+  row.change(request);
+  ++request.wanted.revision;
+  const bool clears_fault = request.wanted.fault_clears != wanted.fault_clears;
+  wanted = request.wanted;
+  return {.kind = row.kind, .clears_fault = clears_fault, .warning = request.warning};
+} catch (const Refusal& refusal) {
+  return {.problem = refusal.what()};
 }
 
 }  // namespace haptic

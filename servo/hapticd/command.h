@@ -6,17 +6,22 @@
 
 #include "proto/config/config.h"
 #include "proto/wire/wire.h"
+#include "servo/hapticd/status.h"
 
 namespace haptic {
 
 /// Request of a line from the control socket.
-enum class CommandKind { kStatus, kStatusText, kConfig, kStop, kChange, kLead, kRefused };
+enum class CommandKind { kQuestion, kStop, kChange, kLead, kRefused };
+
+/// Answers a question, given the status and the text of the session file.
+using AnswerText = std::string(const SessionStatus& status, const std::string& config_text);
 
 struct ControlCommand {
   CommandKind kind = CommandKind::kRefused;
+  AnswerText* answer = nullptr;  // of a question
   bool clears_fault = false;
-  std::string problem;  // one line: why it is refused
-  std::string warning;  // one line: what to know of a change; empty: nothing
+  std::string problem = {};  // one line: why it is refused
+  std::string warning = {};  // one line: what to know of a change; empty: nothing
 };
 
 /// Parses one line and applies it to the desired state, wholly or not at all:

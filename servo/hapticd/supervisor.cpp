@@ -204,17 +204,11 @@ void Supervisor::take_command(uint64_t peer, std::string_view line) {
   const bool was_leading = control_frame_.leading != 0;
   const ControlCommand command = apply_command(line, config_, control_frame_);
   switch (command.kind) {
-    case CommandKind::kStatusText:
-      commands_.answer(peer, status_text(status()));
+    case CommandKind::kQuestion:
+      commands_.answer(peer, command.answer(status(), config_text_));
       break;
     case CommandKind::kRefused:
       commands_.answer(peer, one_line(std::string(kMistakeAnswer) + command.problem));
-      break;
-    case CommandKind::kStatus:
-      commands_.answer(peer, status_json(status()));
-      break;
-    case CommandKind::kConfig:
-      commands_.answer(peer, config_text_);
       break;
     case CommandKind::kStop:
       log_.write(LogLevel::kInfo, "hapticd", "stopping: asked to");

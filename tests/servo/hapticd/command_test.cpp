@@ -99,7 +99,10 @@ TEST_CASE("command: what the device cannot hold is warned of, and far more only 
 
 TEST_CASE("command: asking and stopping change nothing", "[servo]") {
   ControlFrame wanted{};
-  CHECK(apply_command("status", kSession, wanted).kind == CommandKind::kStatus);
+  CHECK(apply_command("status", kSession, wanted).kind == CommandKind::kQuestion);
+  CHECK(apply_command("status  text", kSession, wanted).kind == CommandKind::kQuestion);
+  const ControlCommand config = apply_command("config", kSession, wanted);
+  CHECK(config.answer({}, "# a file") == "# a file");
   CHECK(apply_command(" stop ", kSession, wanted).kind == CommandKind::kStop);
   CHECK(wanted.revision == 0);
 }
@@ -122,6 +125,15 @@ TEST_CASE("command: what is refused says why and changes nothing", "[servo]") {
   CHECK(command.problem.find('\n') == std::string::npos);
   // wire structs have no padding: NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
   CHECK(std::memcmp(&wanted, &before, sizeof wanted) == 0);
+}
+
+TEST_CASE("command: who mistypes one is told all of them", "[servo]") {
+  ControlFrame wanted{};
+  CHECK(apply_command("pawse", kSession, wanted).problem ==
+        "unknown command 'pawse'; known: status, status text, config, stop, clear-fault, arm, "
+        "disarm, pause, resume, lead X Y Z, release, set stiffness|damping|rotational-stiffness|"
+        "rotational-damping|time-scale|renderer|solver VALUE");
+  CHECK(apply_command("status now", kSession, wanted).problem == "'status' takes nothing after it");
 }
 
 TEST_CASE("command: a renderer is had where the session has a tool and maps for it", "[servo]") {
