@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
@@ -23,6 +22,7 @@
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
+#include "proto/wire/behind.h"
 
 namespace haptic {
 namespace {
@@ -41,11 +41,6 @@ struct TopOptions {
 // hapticd answers within milliseconds; while it does not, the rings fill [ns]
 constexpr int64_t kStatusPatience = 40'000'000;
 constexpr int64_t kAskPeriod = kNsPerSecond;  // however often the screen is drawn
-
-constexpr std::array<std::pair<uint32_t, const char*>, 3> kBehind{
-    {{kServoLate, ServoChannels::kName},
-     {kServoContactLate, ContactChannels::kName},
-     {kServoSimLate, SimChannels::kName}}};
 
 /// One process over one period.
 struct Line {
@@ -171,8 +166,8 @@ void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
               norm(frame.F_device_B.f), 1e3 * frame.depth, frame.n_contacts, frame.fade,
               static_cast<unsigned long long>(frame.skipped),
               (frame.flags & kServoFault) != 0 ? "   FAULT" : "", realtime_line(servo).c_str());
-  for (const auto& [flag, name] : kBehind) {
-    if ((frame.flags & flag) != 0) std::printf("%s falls behind\n", name);
+  for (const BehindRow& row : kBehind) {
+    if ((frame.flags & row.flag) != 0) std::printf("%s falls behind\n", row.name);
   }
   if (gone && gone->bodies > 0) std::printf("%s\n", out_of_reach_line(*gone).c_str());
 }
@@ -206,9 +201,9 @@ void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame, 
             << ", \"skipped_ticks\": " << frame.skipped << ", \"fault\": " << frame.fault
             << ", \"behind\": [";
   separator = "";
-  for (const auto& [flag, name] : kBehind) {
-    if ((frame.flags & flag) == 0) continue;
-    std::cout << separator << json_string(name);
+  for (const BehindRow& row : kBehind) {
+    if ((frame.flags & row.flag) == 0) continue;
+    std::cout << separator << json_string(row.name);
     separator = ", ";
   }
   std::cout << "], \"out_of_reach\": " << (gone ? std::to_string(gone->bodies) : "null") << "}"

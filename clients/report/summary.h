@@ -10,6 +10,7 @@
 #include "clients/report/report.h"
 #include "contact/bake/session.h"
 #include "proto/config/config.h"
+#include "proto/wire/behind.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
@@ -65,16 +66,6 @@ Penetration measure_penetration(const SessionData& data, const SessionConfig& co
 
 /// True if the tick has a contact whose force the hand can feel; weaker ones count as free space.
 bool is_touching(const ServoFrame& frame);
-
-/// Processes that did not keep up, as the servo judges it; the share of the time is told where any.
-struct BehindRow {
-  uint32_t flag;
-  std::string_view metric, words;
-};
-inline constexpr std::array<BehindRow, 3> kBehind{
-    {{kServoLate, "time in which the servo fell behind", "the servo fell behind"},
-     {kServoContactLate, "time in which contact fell behind", "contact fell behind"},
-     {kServoSimLate, "time in which sim fell behind", "sim fell behind"}}};
 
 /// Metrics that others look for among the rows.
 inline constexpr std::string_view kContactShare = "share of ticks in contact";  // [%]

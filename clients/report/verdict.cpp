@@ -55,7 +55,7 @@ std::string verdict(const std::vector<Row>& rows, const std::string& shown, doub
   std::string troubles;
   for (const BehindRow& b : kBehind) {
     const double share = find_row(rows, b.metric).value;
-    if (share > 0) troubles += ", " + std::string(b.words) + " for " + readable(share, "%");
+    if (share > 0) troubles += ", " + std::string(b.past) + " for " + readable(share, "%");
   }
   if (const std::string gone = find_row(rows, kGone).note; !gone.empty()) troubles += ", " + gone;
   return one_line("passed: " + readable(seconds, "s") + " with " + shown + ", " +

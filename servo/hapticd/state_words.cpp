@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "proto/wire/behind.h"
+
 namespace haptic {
 namespace {
 
@@ -28,21 +30,34 @@ constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
                                      std::pair{kServoWorkspaceEdge, "edge of the workspace"},
                                      std::pair{kServoNoDevice, "device lost or not homed"},
                                      std::pair{kServoSoftened, "softened towards a light body"},
-                                     std::pair{kServoForced, "stiffer than the device holds"},
-                                     std::pair{kServoLate, "servo falls behind"},
-                                     std::pair{kServoContactLate, "contact falls behind"},
-                                     std::pair{kServoSimLate, "sim falls behind"}};
+                                     std::pair{kServoForced, "stiffer than the device holds"}};
+
+/// By the numbers of Fault.
+constexpr std::array kReasons{
+    "unknown",
+    "the device's sample was not finite",
+    "the contacts or the poses of objects were not finite",
+    "the force was not finite",
+    "the force was over a thousand times the limit",
+    "the pose of the device jumped",
+    "the device's answers do not match the requests (frozen, old, or of an arm that "
+    "does not follow): free it, or unplug it and plug it in again",
+    "an encoder of the device is noisy: check its cable and plug"};
+static_assert(kReasons.size() == static_cast<size_t>(Fault::kDeviceNoisy) + 1);
 
 }  // namespace
 
 std::vector<std::string> words_of_flags(uint32_t servo_flags) {
   // while the force is closed the soft start has not begun
-  constexpr uint32_t kClosed =
-      kServoFault | kServoPaused | kServoDisarmed | kServoTooFast | kServoNoDevice | kServoClutched;
-  if ((servo_flags & kClosed) != 0) servo_flags &= ~uint32_t{kServoSoftStart};
+  if ((servo_flags & (kServoClosed | kServoClutched)) != 0) {
+    servo_flags &= ~uint32_t{kServoSoftStart};
+  }
   std::vector<std::string> words;
   for (const auto& [flag, name] : kServoFlagNames) {
     if ((servo_flags & flag) != 0) words.emplace_back(name);
+  }
+  for (const BehindRow& row : kBehind) {
+    if ((servo_flags & row.flag) != 0) words.emplace_back(row.state);
   }
   return words;
 }
@@ -56,26 +71,8 @@ std::string state_text(uint32_t servo_flags) {
 }
 
 const char* reason_of(Fault fault) {
-  switch (fault) {
-    case Fault::kDeviceNotFinite:
-      return "the device's sample was not finite";
-    case Fault::kContactsNotFinite:
-      return "the contacts or the poses of objects were not finite";
-    case Fault::kForceNotFinite:
-      return "the force was not finite";
-    case Fault::kForceHuge:
-      return "the force was over a thousand times the limit";
-    case Fault::kPoseJump:
-      return "the pose of the device jumped";
-    case Fault::kDeviceStale:
-      return "the device's answers do not match the requests (frozen, old, or of an arm that "
-             "does not follow): free it, or unplug it and plug it in again";
-    case Fault::kDeviceNoisy:
-      return "an encoder of the device is noisy: check its cable and plug";
-    case Fault::kNone:
-      break;
-  }
-  return "unknown";
+  const auto number = static_cast<size_t>(fault);
+  return kReasons[number < kReasons.size() ? number : 0];
 }
 
 std::vector<std::string> reasons_for_no_force(const ServoFrame& frame) {
