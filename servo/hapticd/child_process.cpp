@@ -13,6 +13,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "proto/ipc/process.h"
 #include "proto/math/units.h"
 #include "proto/os/programs.h"
 #include "proto/os/realtime.h"
@@ -42,8 +43,13 @@ sigset_t stop_signals() {
   return set;
 }
 
-void ChildProcess::launch(const std::string& folder, const char* program,
+int poll_ms(int64_t t_ns) {
+  return static_cast<int>((std::max<int64_t>(t_ns - now_ns(), 0) + kMs - 1) / kMs);
+}
+
+void ChildProcess::launch(const std::string& folder, const char* new_program,
                           std::vector<std::string> words, std::span<const int> kept) {
+  program = new_program;
   words.insert(words.begin(), folder + "/" + program);
   std::vector<char*> argv;
   argv.reserve(words.size() + 1);
@@ -70,13 +76,9 @@ std::optional<int> ChildProcess::ended() {
 }
 
 bool ChildProcess::wait_for_exit(int64_t deadline_ns) {
-  if (!is_running()) return true;
   pollfd waiting{pidfd.get(), POLLIN, 0};
-  const int64_t left_ns = std::max<int64_t>(deadline_ns - now_ns(), 0);
-  if (poll(&waiting, 1, static_cast<int>((left_ns + kMs - 1) / kMs)) <= 0) return false;
-  waitpid(pid, nullptr, 0);
-  forget();
-  return true;
+  if (is_running()) poll(&waiting, 1, poll_ms(deadline_ns));
+  return !is_running() || ended().has_value();
 }
 
 void ChildProcess::send(int signal) const {
@@ -94,10 +96,21 @@ void ChildProcess::forget() {
   pidfd = {};
 }
 
-std::string how_it_ended(int status, const std::string& preparing) {
-  const std::string what = preparing.empty() ? "" : " while it prepared " + preparing;
-  if (WIFSIGNALED(status)) return std::string("was killed: ") + strsignal(WTERMSIG(status)) + what;
-  return "ended with exit code " + std::to_string(WEXITSTATUS(status)) + what;
+void ChildProcess::write_output(HapticdLog& log, std::string_view name) {
+  if (!output) return;
+  const auto use = [&](const std::string& line) {
+    if (line.starts_with(kPreparing)) preparing = line.substr(kPreparing.size());
+    const auto [level, text] = level_of_line(line);
+    log.write(level, name, std::string(text));
+  };
+  is_running() ? output->read(use) : output->flush(use);
+}
+
+std::string ChildProcess::how_it_ended(int status) const {
+  const std::string how = WIFSIGNALED(status)
+                              ? std::string(" was killed: ") + strsignal(WTERMSIG(status))
+                              : " ended with exit code " + std::to_string(WEXITSTATUS(status));
+  return program + how + (preparing.empty() ? "" : " while it prepared " + preparing);
 }
 
 }  // namespace haptic

@@ -7,11 +7,13 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "proto/os/file_descriptor.h"
 #include "proto/os/programs.h"
 #include "servo/hapticd/child_output.h"
+#include "servo/hapticd/log.h"
 
 namespace haptic {
 
@@ -22,9 +24,13 @@ inline constexpr int kExitNoProgram = 127;
 /// not.
 sigset_t stop_signals();
 
+/// For poll(): the milliseconds until t_ns, rounded up; 0 once it is past.
+int poll_ms(int64_t t_ns);
+
 /// A program started by hapticd. It must have ended (wait_for_exit, ended) before this is
 /// destroyed.
 struct ChildProcess {
+  const char* program = "";
   pid_t pid = -1;  // −1: not running
   FileDescriptor pidfd = {};
   std::optional<ChildOutput> output = {};
@@ -44,14 +50,16 @@ struct ChildProcess {
   /// Waits for the end and forgets the process; false: still running at the deadline.
   bool wait_for_exit(int64_t deadline_ns);
   void send(int signal) const;
+  /// Logs the lines that it has written, and once it has ended the incomplete one as well.
+  void write_output(HapticdLog& log, std::string_view name);
+  /// E.g. "haptic-sim was killed: Killed while it prepared thing.obj", "haptic-servo ended with
+  /// exit code 2".
+  std::string how_it_ended(int status) const;
   /// Sends SIGKILL and waits for the end.
   void end();
 
  private:
   void forget();
 };
-
-/// E.g. "was killed: Killed while it prepared thing.obj", "ended with exit code 2".
-std::string how_it_ended(int status, const std::string& preparing);
 
 }  // namespace haptic

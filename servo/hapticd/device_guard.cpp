@@ -14,6 +14,7 @@
 #include "proto/math/units.h"
 #include "proto/os/priorities.h"
 #include "proto/os/realtime.h"
+#include "servo/hapticd/restart_policy.h"
 
 namespace haptic {
 namespace {
@@ -121,11 +122,8 @@ bool DeviceGuard::is_helpless(const Watched& watched, int64_t t_ns) noexcept {
   if (watched.pidfd.is_open() && poll(&ended, 1, 0) > 0) return true;
   const SegmentHeader* header = offered_.header();
   // before its loop runs a servo holds zero force itself
-  if (header == nullptr || header->generation.load() != watched.generation ||
-      header->state.load() != static_cast<uint32_t>(SegmentState::kRun)) {
-    return false;
-  }
-  return t_ns - header->heartbeat_ns.load() > kReleaseAfterTicks * period_ns_;
+  return runs(header, watched.generation) &&
+         t_ns - header->heartbeat_ns.load() > kReleaseAfterTicks * period_ns_;
 }
 
 void DeviceGuard::run() {

@@ -12,6 +12,9 @@ constexpr int64_t kLatePulseNs = 20 * kMs;  // logged beyond it
 constexpr int64_t kHungNs = 250 * kMs;      // killed beyond it
 constexpr int64_t kLivedNs = 200 * kMs;     // a shorter life ends by what it does at its start
 
+constexpr int64_t kFirstWaitNs = 1000 * kMs;  // of a spare
+constexpr int kMostDoublings = 6;             // to 64 s
+
 }  // namespace
 
 int64_t restart_delay_ns(int deaths_in_a_row, int64_t lived_ns) {
@@ -20,6 +23,15 @@ int64_t restart_delay_ns(int deaths_in_a_row, int64_t lived_ns) {
   const int64_t delay_ns =
       kDelays[std::min(static_cast<size_t>(std::max(deaths_in_a_row - 1, 0)), last)];
   return lived_ns < kLivedNs ? delay_ns : std::min(delay_ns, lived_ns / 4);
+}
+
+int64_t spare_delay_ns(int deaths_in_a_row, int64_t) {
+  return kFirstWaitNs << std::clamp(deaths_in_a_row - 1, 0, kMostDoublings);
+}
+
+bool runs(const SegmentHeader* header, uint64_t generation) noexcept {
+  return header != nullptr && header->generation.load() == generation &&
+         header->state.load() == static_cast<uint32_t>(SegmentState::kRun);
 }
 
 Pulse judge_pulse(int64_t silent_ns, int64_t period_ns) {

@@ -11,6 +11,7 @@ using haptic::kMs;
 using haptic::Pulse;
 using haptic::restart_delay_ns;
 using haptic::Silence;
+using haptic::spare_delay_ns;
 
 TEST_CASE("restart policy: at once, then ever more slowly, a second at most", "[servo]") {
   const int64_t lived = GENERATE(0 * kMs, 199 * kMs);
@@ -18,6 +19,15 @@ TEST_CASE("restart policy: at once, then ever more slowly, a second at most", "[
   CHECK(restart_delay_ns(2, lived) == 50 * kMs);
   CHECK(restart_delay_ns(3, lived) == 200 * kMs);
   for (const int deaths : {4, 5, 1000}) CHECK(restart_delay_ns(deaths, lived) == 1000 * kMs);
+}
+
+TEST_CASE("restart policy: a spare waits a second, then twice as long each time, a minute at most",
+          "[servo]") {
+  const int64_t lived = GENERATE(0 * kMs, 5000 * kMs);
+  CHECK(spare_delay_ns(1, lived) == 1000 * kMs);
+  CHECK(spare_delay_ns(2, lived) == 2000 * kMs);
+  CHECK(spare_delay_ns(4, lived) == 8000 * kMs);
+  for (const int deaths : {7, 8, 1000}) CHECK(spare_delay_ns(deaths, lived) == 64'000 * kMs);
 }
 
 TEST_CASE("restart policy: what is killed at a steady rate lives four fifths of the time",

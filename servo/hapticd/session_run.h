@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "proto/config/config.h"
+#include "proto/ipc/control.h"
+#include "proto/ipc/segment.h"
+#include "servo/hapticd/log.h"
+
+namespace haptic {
+
+/// What the session is to do, and the ring that tells its processes.
+struct DesiredState {
+  ControlFrame frame;
+  SegmentWriter<ControlChannels> segment{1};
+
+  void publish(int64_t t_ns) {
+    frame.t_ns = t_ns;
+    segment.channels().frames.publish(frame);
+    segment.beat(segment.channels().frames.published(), t_ns);
+  }
+};
+
+/// What the parts of hapticd share.
+struct SessionRun {
+  const SessionConfig config;
+  const std::string config_text;  // the file as read, for those who may control the session
+  const std::string name;
+  HapticdLog& log;
+  DesiredState desired{initial_control(config)};
+  std::optional<int> exit_code = {};  // of hapticd; none: the session goes on
+
+  /// The worst of several reasons gives the exit code.
+  void end(int code) { exit_code = std::max(code, exit_code.value_or(code)); }
+};
+
+}  // namespace haptic
