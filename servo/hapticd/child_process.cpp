@@ -8,10 +8,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <stdexcept>
+#include <system_error>
+#include <utility>
 
 #include "proto/ipc/process.h"
 #include "proto/math/units.h"
@@ -20,6 +23,8 @@
 
 namespace haptic {
 namespace {
+
+constexpr size_t kLongestLine = 16 << 10;  // [bytes]; longer lines are passed on in pieces
 
 /// Runs after fork: only async-signal-safe calls, since the parent has threads.
 [[noreturn]] void become(const char* path, char* const* argv, std::span<const int> kept, int said) {
@@ -52,18 +57,23 @@ void ChildProcess::launch(const std::string& folder, const char* new_program,
   program = new_program;
   words.insert(words.begin(), folder + "/" + program);
   std::vector<char*> argv;
-  argv.reserve(words.size() + 1);
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   preparing.clear();
-  output.emplace(program);
+  partial.clear();
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_CLOEXEC) != 0) {
+    throw std::system_error(errno, std::generic_category(), "cannot make a pipe");
+  }
+  output = FileDescriptor(ends[0]);
+  const FileDescriptor child_end(ends[1]);
+  fcntl(output.get(), F_SETFL, O_NONBLOCK);
   const pid_t child = fork();
-  if (child == 0) become(argv.front(), argv.data(), kept, output->child_end().get());
+  if (child == 0) become(argv.front(), argv.data(), kept, child_end.get());
   if (child < 0) {
     output.reset();
     throw std::runtime_error(std::string("cannot fork: ") + std::strerror(errno));
   }
-  output->child_end().reset();
   pid = child;
   pidfd = FileDescriptor(static_cast<int>(syscall(SYS_pidfd_open, child, 0)));
 }
@@ -97,13 +107,31 @@ void ChildProcess::forget() {
 }
 
 void ChildProcess::write_output(HapticdLog& log, std::string_view name) {
-  if (!output) return;
-  const auto use = [&](const std::string& line) {
-    if (line.starts_with(kPreparing)) preparing = line.substr(kPreparing.size());
-    const auto [level, text] = level_of_line(line);
-    log.write(level, name, std::string(text));
-  };
-  is_running() ? output->read(use) : output->flush(use);
+  std::array<char, 4096> bytes;
+  while (output.is_open()) {
+    const ssize_t n = read(output.get(), bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n == 0) output.reset();
+    if (n <= 0) break;
+    partial.append(bytes.data(), static_cast<size_t>(n));
+    for (size_t end = 0; (end = partial.find('\n')) != std::string::npos;) {
+      write_line(log, name, std::string_view(partial).substr(0, end));
+      partial.erase(0, end + 1);
+    }
+    if (partial.size() > kLongestLine) write_line(log, name, std::exchange(partial, ""));
+  }
+  // nothing will complete it
+  if (!is_running()) write_line(log, name, std::exchange(partial, ""));
+}
+
+/// Without the child's own "program: ".
+void ChildProcess::write_line(HapticdLog& log, std::string_view name, std::string_view line) {
+  const std::string prefix = std::string(program) + ": ";
+  if (line.starts_with(prefix)) line.remove_prefix(prefix.size());
+  if (line.empty()) return;
+  if (line.starts_with(kPreparing)) preparing = line.substr(kPreparing.size());
+  const auto [level, text] = level_of_line(line);
+  log.write(level, name, std::string(text));
 }
 
 std::string ChildProcess::how_it_ended(int status) const {

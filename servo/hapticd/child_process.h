@@ -12,7 +12,6 @@
 
 #include "proto/os/file_descriptor.h"
 #include "proto/os/programs.h"
-#include "servo/hapticd/child_output.h"
 #include "servo/hapticd/log.h"
 
 namespace haptic {
@@ -33,12 +32,11 @@ struct ChildProcess {
   const char* program = "";
   pid_t pid = -1;  // −1: not running
   FileDescriptor pidfd = {};
-  std::optional<ChildOutput> output = {};
+  FileDescriptor output = {};  // its stderr; not open: it has closed it
+  std::string partial = {};    // a line that is not complete yet
   std::string preparing = {};  // the mesh it reported last; empty: none, or its loop runs
 
   bool is_running() const noexcept { return pid >= 0; }
-  /// For polling its output; −1: it has closed it.
-  int output_fd() const noexcept { return output ? output->poll_fd() : -1; }
 
   /// Starts `folder/program words…`, which inherits the descriptors `kept` and no others. Throws
   /// std::runtime_error or std::system_error.
@@ -50,7 +48,7 @@ struct ChildProcess {
   /// Waits for the end and forgets the process; false: still running at the deadline.
   bool wait_for_exit(int64_t deadline_ns);
   void send(int signal) const;
-  /// Logs the lines that it has written, and once it has ended the incomplete one as well.
+  /// Logs the lines of its stderr, and once it has ended the incomplete one as well.
   void write_output(HapticdLog& log, std::string_view name);
   /// E.g. "haptic-sim was killed: Killed while it prepared thing.obj", "haptic-servo ended with
   /// exit code 2".
@@ -60,6 +58,7 @@ struct ChildProcess {
 
  private:
   void forget();
+  void write_line(HapticdLog& log, std::string_view name, std::string_view line);
 };
 
 }  // namespace haptic

@@ -48,10 +48,8 @@ FileDescriptor connect_spare(FileDescriptor& turn) {
 
 }  // namespace
 
-Children::Children(SessionRun& session, HandoutServer& server, Attachments& attachments)
+Children::Children(SessionRun& session, Attachments& attachments)
     : session_(session),
-      log_(session.log),
-      server_(server),
       folder_(program_folder()),
       config_file_(make_sealed_file("haptic-config", std::as_bytes(std::span(&session.config, 1)))),
       roles_{
@@ -96,19 +94,19 @@ int64_t Children::wait_for(std::vector<pollfd>& waiting) const {
   for (const Role& role : roles_) {
     // poll ignores the −1 of a process that does not run
     waiting.push_back({role.child.pidfd.get(), POLLIN, 0});
-    waiting.push_back({role.child.output_fd(), POLLIN, 0});
+    waiting.push_back({role.child.output.get(), POLLIN, 0});
     next_ns = std::min(next_ns, start_time(role));
   }
   return next_ns;
 }
 
 void Children::write_output() {
-  for (Role& role : roles_) role.child.write_output(log_, role.name);
+  for (Role& role : roles_) role.child.write_output(session_.log, role.name);
 }
 
 void Children::launch(Role& role) {
   role.generation = ++newest_generation_[role.id];
-  const FileDescriptor socket = server_.connect_child(role.id, role.generation);
+  const FileDescriptor socket = session_.server.connect_child(role.id, role.generation);
   const FileDescriptor turn = &role == &spare_ ? connect_spare(turn_) : FileDescriptor();
   const std::pair<const char*, int> handed[] = {
       {"--config-fd", config_file_.get()},
@@ -138,7 +136,7 @@ void Children::start(Role& role) {
   } else {
     launch(role);
   }
-  if (&role != &spare_) server_.forget_children(role.id, role.generation);
+  if (&role != &spare_) session_.server.forget_children(role.id, role.generation);
   if (drives(role)) guard_->watch(role.child.pidfd.get(), role.generation);
 }
 
@@ -146,19 +144,19 @@ void Children::reap(const std::function<void()>& on_servo_end) {
   for (Role& role : roles_) {
     const auto status = role.child.ended();
     if (!status) continue;
-    role.child.write_output(log_, role.name);
+    role.child.write_output(session_.log, role.name);
     if (const auto hopeless = role.bury(*status)) {
-      log_.write(LogLevel::kError, role.name, hopeless->why);
+      session_.log.write(LogLevel::kError, role.name, hopeless->why);
       session_.end(hopeless->exit_code);
       continue;
     }
     const std::string delay = std::to_string(role.put_off(now_ns()) / kMs) + " ms";
     if (&role == &servo_) on_servo_end();
-    log_.write(LogLevel::kWarning, role.name,
-               role.child.how_it_ended(*status) +
-                   (&role == &spare_     ? " while it waited; another one in " + delay
-                    : lacks_device(role) ? "; starting it again when the device is back"
-                                         : "; starting it again in " + delay));
+    session_.log.write(LogLevel::kWarning, role.name,
+                       role.child.how_it_ended(*status) +
+                           (&role == &spare_     ? " while it waited; another one in " + delay
+                            : lacks_device(role) ? "; starting it again when the device is back"
+                                                 : "; starting it again in " + delay));
   }
 }
 
@@ -173,9 +171,10 @@ void Children::start_due(int64_t t_ns) {
       const int64_t wait_ns = is_spare ? role.put_off(t_ns) : kRetryStartNs;
       role.life.phase = Phase::kWaiting;
       role.start_at_ns = t_ns + wait_ns;
-      log_.write(LogLevel::kError, role.name,
-                 (is_spare ? "" : std::string(role.program) + " ") + "cannot be started: " +
-                     error.what() + "; trying again in " + std::to_string(wait_ns / kMs) + " ms");
+      session_.log.write(LogLevel::kError, role.name,
+                         (is_spare ? "" : std::string(role.program) + " ") +
+                             "cannot be started: " + error.what() + "; trying again in " +
+                             std::to_string(wait_ns / kMs) + " ms");
     }
   }
 }
@@ -199,30 +198,33 @@ bool Children::spare_is_ready() {
 
 void Children::look(int64_t t_ns, int64_t held_up_ns) {
   for (Role& role : roles_) {
-    role.write_events(log_);
-    role.watch_pulse(log_, t_ns, held_up_ns);
+    role.write_events(session_.log);
+    role.watch_pulse(session_.log, t_ns, held_up_ns);
   }
   if (guard_) watch_device(t_ns);
   // preparing a mesh may take minutes: tells the operator what the session waits for
   if (servo_.generation > 0 || t_ns - told_waiting_ns_ < kTellWaitingNs) return;
   told_waiting_ns_ = t_ns;
-  log_.write(LogLevel::kInfo, "hapticd",
-             std::string("the servo waits until ") + contact_.name + " has prepared its meshes");
+  session_.log.write(
+      LogLevel::kInfo, "hapticd",
+      std::string("the servo waits until ") + contact_.name + " has prepared its meshes");
 }
 
 /// Waits for a device that is gone; its return gets a new servo that initialises it.
 void Children::watch_device(int64_t t_ns) {
   const DeviceGuard::Change change = guard_->look(t_ns);
   if (change == DeviceGuard::Change::kGone) {
-    log_.write(LogLevel::kWarning, servo_.name,
-               guard_->path() + ": the device is gone; plug it in again, the session waits");
+    session_.log.write(
+        LogLevel::kWarning, servo_.name,
+        guard_->path() + ": the device is gone; plug it in again, the session waits");
   } else if (change == DeviceGuard::Change::kBack) {
-    log_.write(LogLevel::kInfo, servo_.name, guard_->path() + ": the device is back");
+    session_.log.write(LogLevel::kInfo, servo_.name, guard_->path() + ": the device is back");
     servo_.child.send(SIGTERM);
   }
   if (guard_->releases() == told_releases_) return;
   told_releases_ = guard_->releases();
-  log_.write(LogLevel::kWarning, servo_.name, "does not answer: hapticd has let go of the device");
+  session_.log.write(LogLevel::kWarning, servo_.name,
+                     "does not answer: hapticd has let go of the device");
 }
 
 void Children::stop() {
@@ -233,13 +235,13 @@ void Children::stop() {
   for (const Role& role : roles_) role.child.send(SIGTERM);
   for (Role& role : roles_) {
     if (!role.child.wait_for_exit(begin_ns + kStopNs)) {
-      log_.write(LogLevel::kWarning, role.name,
-                 std::string(role.program) + " did not stop in time and is killed");
+      session_.log.write(LogLevel::kWarning, role.name,
+                         std::string(role.program) + " did not stop in time and is killed");
       role.child.end();
     }
-    role.child.write_output(log_, role.name);
+    role.child.write_output(session_.log, role.name);
   }
-  for (Role& role : roles_) role.write_events(log_);
+  for (Role& role : roles_) role.write_events(session_.log);
 }
 
 void Children::report(SessionStatus& status) {

@@ -31,7 +31,7 @@ class Children {
  public:
   /// Opens the device's node, if it has one. Construct it before attachments.start(). Throws
   /// SegmentError, or std::runtime_error if a program or the device is missing.
-  Children(SessionRun& session, HandoutServer& server, Attachments& attachments);
+  Children(SessionRun& session, Attachments& attachments);
   /// Stops them.
   ~Children();
   Children(const Children&) = delete;
@@ -69,8 +69,6 @@ class Children {
   void watch_device(int64_t t_ns);
 
   SessionRun& session_;
-  HapticdLog& log_;
-  HandoutServer& server_;
   const std::string folder_;  // of the programs
   FileDescriptor config_file_;
   std::map<SegmentId, uint64_t> newest_generation_;

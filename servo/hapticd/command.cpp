@@ -29,6 +29,14 @@ void refuse_if(const std::string& before, const std::string& lack) {
   if (!lack.empty()) throw Refusal(before + lack);
 }
 
+/// A quantity, or without dimension a plain number. Throws Refusal, which begins with `before`.
+double read_value(const std::string& before, std::string_view text,
+                  std::optional<Dimension> dimension, const Range& range) try {
+  return dimension ? parse_quantity(text, *dimension, range) : parse_number(text, range);
+} catch (const QuantityError& error) {
+  throw Refusal(before + error.what());
+}
+
 /// A command that changes the desired state: the words after its own, the session, and the state as
 /// it is, then as it is asked to be.
 struct Request {
@@ -98,12 +106,9 @@ void lead(Request& request) {
   refuse_if("lead: ", why_not_led(config.device));
   std::array<double, 7> numbers{0, 0, 0, 1};
   size_t n = 0;
-  try {
-    for (; !request.words.empty() && n < numbers.size(); ++n) {
-      numbers[n] = parse_number(take_word(request.words), {-kMostLength, kMostLength});
-    }
-  } catch (const QuantityError& error) {
-    throw Refusal(std::string("lead: ") + error.what());
+  for (; !request.words.empty() && n < numbers.size(); ++n) {
+    const std::string_view word = take_word(request.words);
+    numbers[n] = read_value("lead: ", word, std::nullopt, {-kMostLength, kMostLength});
   }
   const Quat q{numbers[4], numbers[5], numbers[6], numbers[3]};
   if (!request.words.empty() || (n != 3 && n != 7)) {
@@ -142,12 +147,6 @@ constexpr std::array<Parameter, 5> kParameters{
      {"rotational-damping", &ControlFrame::rotational_damping, 10, Dimension::kRotationalDamping},
      {"time-scale", &ControlFrame::scene_time_scale, 10, std::nullopt}}};
 
-double parse_value(std::string_view text, const Parameter& parameter) {
-  const Range range{0, parameter.most};
-  return parameter.dimension ? parse_quantity(text, *parameter.dimension, range)
-                             : parse_number(text, range);
-}
-
 void set(Request& request) {
   const std::string_view key = take_word(request.words);
   if (key == "renderer") return set_renderer(request);
@@ -159,11 +158,8 @@ void set(Request& request) {
     throw Refusal("cannot set '" + shown(key) + "'; " + suggestion(key, known));
   }
   const std::string before = std::string(key) + ": ";
-  try {
-    request.wanted.*parameter->target = parse_value(request.words, *parameter);
-  } catch (const QuantityError& error) {
-    throw Refusal(before + error.what());
-  }
+  request.wanted.*parameter->target =
+      read_value(before, request.words, parameter->dimension, {0, parameter->most});
   const auto renderer = static_cast<Renderer>(request.wanted.renderer);
   refuse_if(before + "the present renderer ", lack_with(request, renderer));
 }

@@ -19,10 +19,8 @@ constexpr int64_t kEchoPatienceNs = 1000 * kMs;  // until that client gets an er
 
 }  // namespace
 
-Commands::Commands(SessionRun& session, HandoutServer& server, Attachments& attachments,
-                   Children& children)
+Commands::Commands(SessionRun& session, Attachments& attachments, Children& children)
     : session_(session),
-      server_(server),
       children_(children),
       socket_(session.name),
       leads_(session),
@@ -106,16 +104,18 @@ void Commands::keep_fault() {
 SessionStatus Commands::status() {
   servo_frames_.latest(servo_frame_);
   sim_frames_.latest(scene_frame_);
-  SessionStatus status;
-  status.session = session_.name;
-  status.device = std::string(row_of(session_.config.device.kind).name);
-  status.since = since_;
-  status.now = std::time(nullptr);
+  SessionStatus status{
+      .session = session_.name,
+      .device = std::string(row_of(session_.config.device.kind).name),
+      .since = since_,
+      .now = std::time(nullptr),
+      .processes = {},
+      .spare = {},
+      .clients = std::max<size_t>(session_.server.n_clients(), 1) - 1,  // but hapticd itself
+      .wanted = session_.desired.frame,
+      .servo = servo_frame_,
+      .gone = out_of_reach(session_.config, scene_frame_)};
   children_.report(status);
-  status.clients = std::max<size_t>(server_.n_clients(), 1) - 1;  // but hapticd itself
-  status.wanted = session_.desired.frame;
-  status.servo = servo_frame_;
-  status.gone = out_of_reach(session_.config, scene_frame_);
   return status;
 }
 

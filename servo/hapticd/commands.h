@@ -22,8 +22,7 @@ namespace haptic {
 class Commands {
  public:
   /// Listens. Construct it before attachments.start(). Throws HandoutError.
-  Commands(SessionRun& session, HandoutServer& server, Attachments& attachments,
-           Children& children);
+  Commands(SessionRun& session, Attachments& attachments, Children& children);
 
   /// Readable when serve() has something to do.
   int poll_fd() const { return socket_.poll_fd(); }
@@ -56,7 +55,6 @@ class Commands {
   SessionStatus status();
 
   SessionRun& session_;
-  HandoutServer& server_;
   Children& children_;
   const std::time_t since_ = std::time(nullptr);
   ControlServer socket_;

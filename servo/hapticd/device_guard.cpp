@@ -81,10 +81,8 @@ void DeviceGuard::watch(int pidfd, uint64_t generation) {
 
 /// Lock-free: the thread takes the newest; one it has not taken is deleted here.
 void DeviceGuard::hand_over() {
-  auto watched = std::make_unique<Watched>();
-  watched->node = duplicate(node_);
-  watched->pidfd = duplicate(pidfd_);
-  watched->generation = generation_;
+  auto watched =
+      std::make_unique<Watched>(Watched{duplicate(node_), duplicate(pidfd_), generation_});
   delete next_.exchange(watched.release());
 }
 
@@ -109,14 +107,6 @@ DeviceGuard::Change DeviceGuard::look(int64_t t_ns) {
   return Change::kBack;
 }
 
-/// Takes what was handed over last; false: nothing new.
-bool DeviceGuard::adopt(std::unique_ptr<Watched>& watched) {
-  Watched* next = next_.exchange(nullptr);
-  if (next == nullptr) return false;
-  watched.reset(next);
-  return true;
-}
-
 bool DeviceGuard::is_helpless(const Watched& watched, int64_t t_ns) noexcept {
   pollfd ended{watched.pidfd.get(), POLLIN, 0};
   if (watched.pidfd.is_open() && poll(&ended, 1, 0) > 0) return true;
@@ -139,7 +129,8 @@ void DeviceGuard::run() {
     pollfd ended{helpless ? -1 : watched->pidfd.get(), POLLIN, 0};
     const timespec wait{0, look_ns};
     ppoll(&ended, 1, &wait, nullptr);
-    if (adopt(watched)) {
+    if (Watched* next = next_.exchange(nullptr); next != nullptr) {
+      watched.reset(next);
       // the previous servo is dead, perhaps since the last check
       send_release(watched->node.get(), release_);
       schedule = {};

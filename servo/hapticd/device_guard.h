@@ -72,7 +72,6 @@ class DeviceGuard {
 
   void run();
   void hand_over();
-  bool adopt(std::unique_ptr<Watched>& watched);
   bool is_helpless(const Watched& watched, int64_t t_ns) noexcept;
 
   DeviceConfig device_;

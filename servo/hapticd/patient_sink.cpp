@@ -14,14 +14,9 @@ namespace haptic {
 namespace {
 
 std::string_view colour_of(spdlog::level::level_enum level) {
-  switch (level) {
-    case spdlog::level::warn:
-      return "\033[33m\033[1m";
-    case spdlog::level::err:
-      return "\033[31m\033[1m";
-    default:
-      return "\033[32m";
-  }
+  return level == spdlog::level::warn  ? "\033[33m\033[1m"
+         : level == spdlog::level::err ? "\033[31m\033[1m"
+                                       : "\033[32m";
 }
 
 constexpr std::string_view kPlain = "\033[m";
@@ -54,13 +49,11 @@ bool PatientSink::has_room(int timeout_ms) const {
 /// Writes a piece of the first line; false: the descriptor accepts nothing.
 bool PatientSink::write_some() {
   std::string& line = lines_.front();
-  const size_t size = std::min<size_t>(line.size() - written_, PIPE_BUF);
-  const ssize_t n = write(fd_, line.data() + written_, size);
+  const ssize_t n = write(fd_, line.data(), std::min<size_t>(line.size(), PIPE_BUF));
   if (n < 0) return errno == EINTR;
-  written_ += static_cast<size_t>(n);
-  if (written_ < line.size()) return true;
+  line.erase(0, static_cast<size_t>(n));
+  if (!line.empty()) return true;
   lines_.pop_front();
-  written_ = 0;
   if (dropped_ > told_) {
     lines_.push_front("hapticd: " + std::to_string(dropped_ - told_) +
                       " lines of the log were dropped: nobody read them\n");

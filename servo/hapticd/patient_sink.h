@@ -37,8 +37,7 @@ class PatientSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex>
 
   int fd_;
   bool colours_;
-  std::deque<std::string> lines_;
-  size_t written_ = 0;  // bytes of the first line
+  std::deque<std::string> lines_;  // of the first what is not yet written
   uint64_t dropped_ = 0, told_ = 0;
 };
 

@@ -7,6 +7,7 @@
 
 #include "proto/config/config.h"
 #include "proto/ipc/control.h"
+#include "proto/ipc/handout.h"
 #include "proto/ipc/segment.h"
 #include "servo/hapticd/log.h"
 
@@ -30,6 +31,7 @@ struct SessionRun {
   const std::string config_text;  // the file as read, for those who may control the session
   const std::string name;
   HapticdLog& log;
+  HandoutServer server{name};
   DesiredState desired{initial_control(config)};
   std::optional<int> exit_code = {};  // of hapticd; none: the session goes on
 

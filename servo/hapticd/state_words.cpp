@@ -32,6 +32,15 @@ constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
                                      std::pair{kServoSoftened, "softened towards a light body"},
                                      std::pair{kServoForced, "stiffer than the device holds"}};
 
+/// Beside a fault.
+constexpr std::array kNoForce{
+    std::pair{kServoPaused, "paused ('hapt resume')"},
+    std::pair{kServoDisarmed, "not armed ('hapt arm')"},
+    std::pair{kServoTooFast, "the hand was too fast (hold it still)"},
+    std::pair{kServoNoDevice, "the device is lost or not homed (plug it in, calibrate it)"},
+    std::pair{kServoNoContactSet, "waiting for contacts"},
+    std::pair{kServoStale, "the contacts are too old (see the log)"}};
+
 /// By the numbers of Fault.
 constexpr std::array kReasons{
     "unknown",
@@ -77,17 +86,13 @@ const char* reason_of(Fault fault) {
 
 std::vector<std::string> reasons_for_no_force(const ServoFrame& frame) {
   std::vector<std::string> reasons;
-  const auto add_if = [&](uint32_t flag, const std::string& reason) {
-    if ((frame.flags & flag) != 0) reasons.push_back(reason);
-  };
-  add_if(kServoFault, "fault: " + std::string(reason_of(static_cast<Fault>(frame.fault))) +
-                          " (mend that, then 'hapt clear-fault')");
-  add_if(kServoPaused, "paused ('hapt resume')");
-  add_if(kServoDisarmed, "not armed ('hapt arm')");
-  add_if(kServoTooFast, "the hand was too fast (hold it still)");
-  add_if(kServoNoDevice, "the device is lost or not homed (plug it in, calibrate it)");
-  add_if(kServoNoContactSet, "waiting for contacts");
-  add_if(kServoStale, "the contacts are too old (see the log)");
+  if ((frame.flags & kServoFault) != 0) {
+    reasons.push_back("fault: " + std::string(reason_of(static_cast<Fault>(frame.fault))) +
+                      " (mend that, then 'hapt clear-fault')");
+  }
+  for (const auto& [flag, reason] : kNoForce) {
+    if ((frame.flags & flag) != 0) reasons.emplace_back(reason);
+  }
   return reasons;
 }
 

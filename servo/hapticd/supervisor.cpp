@@ -37,27 +37,27 @@ FileDescriptor take_signals() {
 Supervisor::Supervisor(const SessionConfig& config, std::string config_text,
                        const std::string& session, HapticdLog& log)
     : session_{config, std::move(config_text), session, log},
-      server_(session),
       signals_(take_signals()),
       attachments_(connect_session(session), {.on_error =
                                                   [&log](const std::string& what) {
                                                     log.write(LogLevel::kError, "hapticd", what);
                                                   }}),
-      children_(session_, server_, attachments_),
-      commands_(session_, server_, attachments_, children_) {}
+      children_(session_, attachments_),
+      commands_(session_, attachments_, children_) {}
 
 int Supervisor::run() {
   DesiredState& desired = session_.desired;
   desired.segment.set_state(SegmentState::kRun);
   desired.publish(now_ns());
-  server_.announce(ControlChannels::kId, 1, ControlChannels::kName, desired.segment.fd());
+  session_.server.announce(ControlChannels::kId, 1, ControlChannels::kName, desired.segment.fd());
   attachments_.start();
   children_.guard_device();
   if (session_.config.realtime != 0) {
     enter_realtime({.fifo_priority = kHousekeepingPriority, .lock_memory = false});
   }
   children_.start();
-  session_.log.write(LogLevel::kInfo, "hapticd", "session runs at " + server_.socket_path());
+  session_.log.write(LogLevel::kInfo, "hapticd",
+                     "session runs at " + session_.server.socket_path());
   int64_t next_look_ns = now_ns();
   while (!session_.exit_code) {
     const int64_t woke_ns = wait_for_work(next_look_ns);
@@ -85,7 +85,7 @@ int Supervisor::run() {
 
 /// Waits, and passes on what has come. Returns when it woke.
 int64_t Supervisor::wait_for_work(int64_t until_ns) {
-  std::vector<pollfd> waiting{{server_.poll_fd(), POLLIN, 0},
+  std::vector<pollfd> waiting{{session_.server.poll_fd(), POLLIN, 0},
                               {signals_.get(), POLLIN, 0},
                               {commands_.poll_fd(), POLLIN, 0}};
   const int64_t next_start_ns = children_.wait_for(waiting);
@@ -93,8 +93,8 @@ int64_t Supervisor::wait_for_work(int64_t until_ns) {
   poll(waiting.data(), waiting.size(), poll_ms(until_ns));
   const int64_t woke_ns = now_ns();
   children_.write_output();
-  server_.serve([this](const Announcement& offer, int) { children_.take_offer(offer); },
-                [this](std::string_view line) { return commands_.answer_watcher(line); });
+  session_.server.serve([this](const Announcement& offer, int) { children_.take_offer(offer); },
+                        [this](std::string_view line) { return commands_.answer_watcher(line); });
   commands_.serve();
   signalfd_siginfo info;
   if (read(signals_.get(), &info, sizeof info) == sizeof info) {
@@ -108,11 +108,12 @@ int64_t Supervisor::wait_for_work(int64_t until_ns) {
 /// A session that cannot be reached cannot be stopped either, so it ends.
 void Supervisor::watch_place() {
   try {
-    const bool was_removed = server_.restore();
+    const bool was_removed = session_.server.restore();
     commands_.restore();
     if (was_removed) {
-      session_.log.write(LogLevel::kWarning, "hapticd",
-                         "somebody removed " + server_.socket_path() + " or its lock: put back");
+      session_.log.write(
+          LogLevel::kWarning, "hapticd",
+          "somebody removed " + session_.server.socket_path() + " or its lock: put back");
     }
   } catch (const HandoutError& error) {
     session_.log.write(

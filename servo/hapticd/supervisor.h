@@ -31,7 +31,6 @@ class Supervisor {
   void watch_place();
 
   SessionRun session_;
-  HandoutServer server_;
   FileDescriptor signals_;
   Attachments attachments_;  // hapticd reads its children's rings like any client
   Children children_;
