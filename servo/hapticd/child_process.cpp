@@ -81,7 +81,8 @@ void ChildProcess::launch(const std::string& folder, const char* new_program,
 std::optional<int> ChildProcess::ended() {
   int status = 0;
   if (!is_running() || waitpid(pid, &status, WNOHANG) != pid) return std::nullopt;
-  forget();
+  pid = -1;
+  pidfd = {};
   return status;
 }
 
@@ -97,13 +98,8 @@ void ChildProcess::send(int signal) const {
 
 void ChildProcess::end() {
   send(SIGKILL);
-  if (is_running()) waitpid(pid, nullptr, 0);
-  forget();
-}
-
-void ChildProcess::forget() {
-  pid = -1;
-  pidfd = {};
+  while (!wait_for_exit(now_ns() + kNsPerSecond)) {
+  }
 }
 
 void ChildProcess::write_output(HapticdLog& log, std::string_view name) {

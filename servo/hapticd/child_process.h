@@ -57,7 +57,6 @@ struct ChildProcess {
   void end();
 
  private:
-  void forget();
   void write_line(HapticdLog& log, std::string_view name, std::string_view line);
 };
 
