@@ -14,8 +14,8 @@
 #include "contact/bake/soup/read.h"
 #include "contact/bake/soup/repair.h"
 #include "contact/shape/baked/file.h"
-#include "contact/shape/mesh/generated.h"
 #include "contact/shape/mesh/mesh_topology.h"
+#include "contact/shape/mesh/primitives.h"
 #include "proto/config/config_shape.h"
 #include "proto/config/quantity.h"
 #include "proto/os/message.h"
@@ -29,7 +29,6 @@ constexpr double kSizeTolerance = 0.01;  // relative, between the stated and the
 // underflow
 constexpr double kSmallestCoordinate = 1e-40;
 constexpr char kGridMark = '\t';  // begins the lines of the stored report that explain the grid
-constexpr std::string_view kPrimitive = "primitive:";
 constexpr size_t kCachedTriangles = 5000;  // a generated mesh of fewer is made faster than mapped
 
 std::string millimetres(double metres) {
@@ -254,13 +253,9 @@ PolygonSoup polygons_of(const std::vector<Vec3>& vertices, const std::vector<Tri
   return soup;
 }
 
-BakedShape bake_primitive(const ShapeConfig& object, std::string_view kind,
-                          const BakeProgress& progress) {
-  const Soup soup = generate_mesh(kind, object);
-  const std::string name = std::string(kPrimitive) + std::string(kind);
-  if (soup.triangles.empty()) {
-    throw MeshError(name + ": unknown primitive; use one of " + generated_names());
-  }
+BakedShape bake_primitive(const ShapeConfig& object, const BakeProgress& progress) {
+  const Soup soup = make_mesh(object.primitive);
+  const std::string name = mesh_name(object);
   // made in metres: there is no file to disagree with
   ShapeConfig metres = object;
   metres.unit = metres.size = 0;
@@ -271,7 +266,7 @@ BakedShape bake_primitive(const ShapeConfig& object, std::string_view kind,
                               hash_bytes(std::as_bytes(std::span(soup.triangles)))};
   const uint64_t key = content_key(std::as_bytes(std::span(corners)), name, metres);
   return bake_cached(name, key, [&] {
-    const auto tell = teller(std::string(kind), progress);
+    const auto tell = teller(std::string(kind_name(object.primitive)), progress);
     tell(0);
     return bake_bytes(polygons_of(soup.vertices, soup.triangles), metres, name, key, tell);
   });
@@ -288,22 +283,19 @@ BakedShape bake_contents(std::string_view bytes, const ShapeConfig& object, uint
 BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
                      const ShapeConfig& object) {
   PolygonSoup soup = polygons_of(vertices, triangles);
-  const std::string name = view(object.mesh).empty()
-                               ? std::string("mesh '") + std::string(view(object.name)) + "'"
-                               : std::string(view(object.mesh));
+  const std::string name =
+      has_mesh(object) ? mesh_name(object) : "mesh '" + std::string(view(object.name)) + "'";
   return shape_in_memory(bake_bytes(std::move(soup), object, name, 0), 0, name);
 }
 
 BakedShape bake_object(const ShapeConfig& object, uint64_t memory_limit,
                        const BakeProgress& progress) {
-  const std::string path(view(object.mesh));
+  const std::string name = mesh_name(object);
   try {
-    if (path.starts_with(kPrimitive)) {
-      return bake_primitive(object, path.substr(kPrimitive.size()), progress);
-    }
-    return bake_file(object, path, memory_limit, progress);
+    if (object.primitive.index() > 0) return bake_primitive(object, progress);
+    return bake_file(object, name, memory_limit, progress);
   } catch (const std::bad_alloc&) {
-    throw MeshError(path +
+    throw MeshError(name +
                     ": there is not enough memory to prepare it; use a coarser mesh, or set "
                     "mesh_memory_limit to what this machine can spare");
   }

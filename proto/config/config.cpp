@@ -158,7 +158,7 @@ void read_object(Section& section, SessionConfig& config, const fs::path& config
 /// A 6-DoF renderer needs a mesh and, if it has a proxy, springs.
 void check_body(Section& root, const SessionConfig& config) {
   if (!is_of_body(config.renderer)) return;
-  if (view(config.tool.mesh).empty()) {
+  if (!has_mesh(config.tool)) {
     root.section("session")->fail_at(
         "renderer",
         "moves a tool with six degrees of freedom, and there is none; add [tool] with "

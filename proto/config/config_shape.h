@@ -9,9 +9,6 @@
 
 namespace haptic {
 
-/// Reads the dimensions of one generated mesh: a row of proto/config/primitives.def.
-using ReadPrimitive = void(Section& section, ShapeConfig& shape);
-
 /// Folders in which a mesh is looked for after that of the config file: $HAPTICD_MESHES, those of
 /// this checkout or installation, and what an installed `hapt demo` has fetched.
 std::vector<std::filesystem::path> mesh_folders();

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/shape/mesh/ball_joint.h"
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "contact/shape/mesh/primitives.h"
 #include "contact/shape/mesh/vessel.h"
 #include "proto/math/assert.h"
 #include "proto/math/units.h"
@@ -51,30 +50,30 @@ Soup spun(const std::vector<Ring>& profile, uint32_t rings, bool faces_down) {
   return make_vessel(at, {0, 0, profile.back().z}, {rings, rows}, faces_down);
 }
 
-uint32_t rings_of(const BallJoint& joint) {
-  HAPTIC_ASSERT(joint.around >= 6);
-  return joint.around / 6;
+uint32_t rings_of(uint32_t around) {
+  HAPTIC_ASSERT(around >= 6);
+  return around / 6;
 }
 
 }  // namespace
 
-Soup make_joint_ball(const BallJoint& joint) {
-  const double radius = 0.5 * joint.diameter, stem = 0.5 * joint.stem;
-  HAPTIC_ASSERT(0 < stem && stem < radius && joint.length > radius);
-  const uint32_t rings = rings_of(joint);
+Soup make_joint_ball(const primitive::JointBall& ball) {
+  const double radius = 0.5 * ball.diameter, stem = 0.5 * ball.stem;
+  HAPTIC_ASSERT(0 < stem && stem < radius && ball.length > radius);
+  const uint32_t rings = rings_of(ball.around);
   std::vector<Ring> profile = spherical(radius, kPi - std::asin(stem / radius), rings);
-  add_line(profile, {stem, joint.length}, 0.5 * kPi * radius / rings);
+  add_line(profile, {stem, ball.length}, 0.5 * kPi * radius / rings);
   return spun(profile, rings, true);
 }
 
-Soup make_joint_socket(const BallJoint& joint) {
-  const double radius = 0.5 * joint.diameter + joint.clearance, outer = 0.5 * joint.width;
-  HAPTIC_ASSERT(radius < outer && radius < joint.height);
-  const uint32_t rings = rings_of(joint);
+Soup make_joint_socket(const primitive::JointSocket& socket) {
+  const double radius = 0.5 * socket.diameter + socket.clearance, outer = 0.5 * socket.width;
+  HAPTIC_ASSERT(radius < outer && radius < socket.height);
+  const uint32_t rings = rings_of(socket.around);
   const double step = 0.5 * kPi * radius / rings;
-  std::vector<Ring> profile = spherical(radius, joint.cover, rings);
+  std::vector<Ring> profile = spherical(radius, socket.cover, rings);
   add_line(profile, {outer, profile.back().z}, step);
-  add_line(profile, {outer, -joint.height}, step);
+  add_line(profile, {outer, -socket.height}, step);
   return spun(profile, rings, false);
 }
 

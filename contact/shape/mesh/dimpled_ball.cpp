@@ -19,7 +19,8 @@ std::vector<Vec3> dimple_middles() {
   return middles;
 }
 
-/// Share of a dimple's depth at a direction: 1 in its middle, 0 at its rim and outside.
+/// Share of a dimple's depth at a direction: 1 in its middle, 0 at its rim and outside. A dimple is
+/// a paraboloid with a sharp rim.
 double dimple_at(const std::vector<Vec3>& middles, const Vec3& direction) {
   const auto first = std::lower_bound(middles.begin(), middles.end(), direction.z - kDimpleAngle,
                                       [](const Vec3& m, double z) { return m.z < z; });
@@ -32,11 +33,11 @@ double dimple_at(const std::vector<Vec3>& middles, const Vec3& direction) {
 
 }  // namespace
 
-Soup make_dimpled_ball(const DimpledBall& ball) {
+Soup make_dimpled_ball(const primitive::DimpledBall& ball) {
   const double radius = 0.5 * ball.diameter;
   HAPTIC_ASSERT(ball.depth >= 0 && ball.depth < radius);
   const std::vector<Vec3> middles = dimple_middles();
-  Soup soup = make_geodesic(ball.steps);
+  Soup soup = make_geodesic(ball.along);
   for (Vec3& v : soup.vertices) v *= radius - ball.depth * dimple_at(middles, v);
   return soup;
 }

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/shape/mesh/frame_parts.h"
-
 #include <array>
 #include <cmath>
 #include <functional>
 #include <map>
 #include <vector>
 
+#include "contact/shape/mesh/primitives.h"
 #include "proto/math/assert.h"
 #include "proto/math/units.h"
 
@@ -159,18 +158,27 @@ Cell cell_at(const BoxBody& body, const Vec3& point) {
   return cell;
 }
 
-double sheet_of(const FrameParts& parts) {
-  return parts.width / 8;
+/// Thickness of the sheet and height of the tabs [m].
+double sheet_of(const primitive::Frame& frame) {
+  return frame.width / 8;
+}
+double tab_of(const primitive::Frame& frame) {
+  return 2 * frame.width / 3;
+}
+
+/// From the middle of the part to each hole [m].
+double pin_distance(const primitive::Frame& frame) {
+  return 0.5 * (frame.length - frame.width);
 }
 
 /// How far a slot lets its pin go to either side: a quarter of the pin's diameter.
-double slot_of(const FrameParts& parts) {
-  return parts.diameter / 4;
+double slot_of(const primitive::Frame& frame) {
+  return frame.diameter / 4;
 }
 
-BoxBody rail_boxes(const FrameParts& parts) {
-  const double end = 0.5 * parts.length, side = 0.5 * parts.width, sheet = sheet_of(parts);
-  const double top = parts.height, tab = tab_of(parts), lug = end - parts.width;
+BoxBody rail_boxes(const primitive::FrameRail& rail) {
+  const double end = 0.5 * rail.length, side = 0.5 * rail.width, sheet = sheet_of(rail);
+  const double top = rail.height, tab = tab_of(rail), lug = end - rail.width;
   BoxBody body;
   // the tabs stand over a third of each half
   body.lines = {{{-end, -lug, -lug + sheet, -0.6 * lug, -0.3 * lug, 0.2 * lug, 0.5 * lug,
@@ -187,9 +195,9 @@ BoxBody rail_boxes(const FrameParts& parts) {
   return body;
 }
 
-BoxBody rest_boxes(const FrameParts& parts) {
-  const double pin = pin_distance(parts), half = 0.375 * parts.width, base = 2 * sheet_of(parts);
-  const double post = parts.post, end = pin + parts.width, side = 2 * half;
+BoxBody rest_boxes(const primitive::PinRest& rest) {
+  const double pin = pin_distance(rest), half = 0.375 * rest.width, base = 2 * sheet_of(rest);
+  const double post = rest.height, end = pin + rest.width, side = 2 * half;
   BoxBody body;
   body.lines = {{{-end, -pin - half, -pin + half, pin - half, pin + half, end},
                  {-side, -half, half, side},
@@ -202,20 +210,20 @@ BoxBody rest_boxes(const FrameParts& parts) {
 
 }  // namespace
 
-Soup make_frame_rail(const FrameParts& parts) {
-  const BoxBody body = rail_boxes(parts);
+Soup make_frame_rail(const primitive::FrameRail& rail) {
+  const BoxBody body = rail_boxes(rail);
   BoxMesh mesh{body};
-  const double pin = pin_distance(parts), sheet = sheet_of(parts);
+  const double pin = pin_distance(rail), sheet = sheet_of(rail);
   const Cell round = cell_at(body, {-pin, 0, 0.5 * sheet});
   const Cell slot = cell_at(body, {pin, 0, 0.5 * sheet});
   add_faces(mesh, [&](const Cell& cell, size_t axis, bool) {
     return axis == 2 && (cell == round || cell == slot);
   });
-  const double radius = 0.5 * parts.diameter + parts.clearance;
+  const double radius = 0.5 * rail.diameter + rail.clearance;
   for (const Cell& cell : {round, slot}) {
-    const double x = cell == slot ? pin : -pin, longer = cell == slot ? slot_of(parts) : 0;
-    const Outline lower = add_outline(mesh.soup, {x, 0, 0}, radius, longer, parts.around);
-    const Outline upper = add_outline(mesh.soup, {x, 0, sheet}, radius, longer, parts.around);
+    const double x = cell == slot ? pin : -pin, longer = cell == slot ? slot_of(rail) : 0;
+    const Outline lower = add_outline(mesh.soup, {x, 0, 0}, radius, longer, rail.around);
+    const Outline upper = add_outline(mesh.soup, {x, 0, sheet}, radius, longer, rail.around);
     add_around(mesh, cell, false, lower);
     add_around(mesh, cell, true, upper);
     add_side(mesh, lower, upper, false);
@@ -223,19 +231,19 @@ Soup make_frame_rail(const FrameParts& parts) {
   return mesh.soup;
 }
 
-Soup make_pin_rest(const FrameParts& parts) {
-  const BoxBody body = rest_boxes(parts);
+Soup make_pin_rest(const primitive::PinRest& rest) {
+  const BoxBody body = rest_boxes(rest);
   BoxMesh mesh{body};
-  const double pin = pin_distance(parts), foot = 0.5 * parts.diameter;
-  const double land = 1.5 * sheet_of(parts);
-  const auto post_at = [&](double x) { return cell_at(body, {x, 0, -0.5 * parts.post}); };
+  const double pin = pin_distance(rest), foot = 0.5 * rest.diameter;
+  const double land = 1.5 * sheet_of(rest);
+  const auto post_at = [&](double x) { return cell_at(body, {x, 0, -0.5 * rest.height}); };
   const Cell left = post_at(-pin), right = post_at(pin);
   add_faces(mesh, [&](const Cell& cell, size_t axis, bool is_upper) {
     return axis == 2 && is_upper && (cell == left || cell == right);
   });
   for (const double x : {-pin, pin}) {
     const auto ring = [&](double radius, double z) {
-      return add_outline(mesh.soup, {x, 0, z}, radius, 0, parts.around);
+      return add_outline(mesh.soup, {x, 0, z}, radius, 0, rest.around);
     };
     const Outline base = ring(foot, 0), shoulder = ring(foot, land);
     const Outline tip = ring(0.5 * foot, land + foot);
@@ -251,14 +259,15 @@ Soup make_pin_rest(const FrameParts& parts) {
   return mesh.soup;
 }
 
-Soup make_window(const Vec3& extent, double width, double height) {
+Soup make_window(const primitive::Window& window) {
+  const auto& [extent, width, height] = window;
   HAPTIC_ASSERT(0 < width && width < extent.x && 0 < height && height < extent.y);
   const Vec3 half = 0.5 * extent;
   BoxBody body;
   body.lines = {{{-half.x, -0.5 * width, 0.5 * width, half.x},
                  {-half.y, -0.5 * height, 0.5 * height, half.y},
                  {-half.z, half.z}}};
-  body.is_solid = [=](const Vec3& p) {
+  body.is_solid = [&](const Vec3& p) {
     return std::fabs(p.x) > 0.5 * width || std::fabs(p.y) > 0.5 * height;
   };
   BoxMesh mesh{body};

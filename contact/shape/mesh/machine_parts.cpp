@@ -59,7 +59,8 @@ double radius_of_hexagon(double across_flats, double theta) {
   return 0.5 * across_flats / std::cos(off);
 }
 
-/// Relative height of the thread, from 0 at its root to 1 at its crest.
+/// Relative height of the thread, from 0 at its root to 1 at its crest: a rounded trapezoid, a sine
+/// clipped at 0.7.
 double thread_at(double pitch, double theta, double z) {
   HAPTIC_ASSERT(pitch > 0);
   constexpr double kCut = 0.7;
@@ -73,7 +74,7 @@ double involute(double alpha) {
 }
 
 /// Half the angle of a tooth at a radius, seen from the axis [rad].
-double half_tooth(const Gear& gear, double r) {
+double half_tooth(const primitive::Gear& gear, double r) {
   constexpr double kPressure = 20 * kPi / 180;
   const double pitch_radius = 0.5 * gear.module * gear.teeth;
   const double base = pitch_radius * std::cos(kPressure);
@@ -83,7 +84,7 @@ double half_tooth(const Gear& gear, double r) {
 }
 
 /// Radius of a gear at an angle: root, tip, or on the flank by bisection.
-double gear_radius(const Gear& gear, double theta) {
+double gear_radius(const primitive::Gear& gear, double theta) {
   HAPTIC_ASSERT(gear.teeth > 0 && gear.module > 0);
   const double pitch_radius = 0.5 * gear.module * gear.teeth;
   const double foot = pitch_radius - 1.25 * gear.module, tip = pitch_radius + gear.module;
@@ -133,38 +134,39 @@ Soup make_bored(const RadiusAt& outer, const RadiusAt& inner, double z_lower, do
   return soup;
 }
 
-Soup make_peg(const PegAndHole& pair, const PartGrid& grid) {
-  const double half = 0.5 * pair.length;
-  return make_turned([&](double, double) { return 0.5 * pair.diameter; }, -half, half, grid);
+Soup make_peg(const primitive::Peg& peg) {
+  const double half = 0.5 * peg.length;
+  return make_turned([&](double, double) { return 0.5 * peg.diameter; }, -half, half, peg.grid);
 }
 
-Soup make_hole(const PegAndHole& pair, const PartGrid& grid) {
-  const double half = 0.5 * pair.length;
-  return make_bored([&](double theta, double) { return radius_of_square(0.5 * pair.block, theta); },
-                    [&](double, double) { return 0.5 * pair.diameter + pair.clearance; }, -half,
-                    half, grid);
+Soup make_hole(const primitive::Hole& hole) {
+  const double half = 0.5 * hole.length;
+  return make_bored([&](double theta, double) { return radius_of_square(0.5 * hole.block, theta); },
+                    [&](double, double) { return 0.5 * hole.diameter + hole.clearance; }, -half,
+                    half, hole.grid);
 }
 
-Soup make_gear(const Gear& gear, const PartGrid& grid) {
+// the flanks are involutes of the base circle (pressure angle 20°), thinned by the backlash
+Soup make_gear(const primitive::Gear& gear) {
   const double half = 0.5 * gear.width;
   return make_bored([&](double theta, double) { return gear_radius(gear, theta); },
-                    [&](double, double) { return 0.5 * gear.bore; }, -half, half, grid);
+                    [&](double, double) { return 0.5 * gear.bore; }, -half, half, gear.grid);
 }
 
-Soup make_bolt(const BoltAndNut& pair, const PartGrid& grid) {
-  const double half = 0.5 * pair.bolt_length, foot = 0.5 * pair.diameter - pair.depth;
+Soup make_bolt(const primitive::Bolt& bolt) {
+  const double half = 0.5 * bolt.length, foot = 0.5 * bolt.diameter - bolt.depth;
   return make_turned(
-      [&](double theta, double z) { return foot + pair.depth * thread_at(pair.pitch, theta, z); },
-      -half, half, grid);
+      [&](double theta, double z) { return foot + bolt.depth * thread_at(bolt.pitch, theta, z); },
+      -half, half, bolt.grid);
 }
 
-Soup make_nut(const BoltAndNut& pair, const PartGrid& grid) {
-  const double half = 0.5 * pair.nut_height;
-  const double foot = 0.5 * pair.diameter - pair.depth + pair.clearance;
+Soup make_nut(const primitive::Nut& nut) {
+  const double half = 0.5 * nut.height;
+  const double foot = 0.5 * nut.diameter - nut.depth + nut.clearance;
   return make_bored(
-      [&](double theta, double) { return radius_of_hexagon(pair.nut_width, theta); },
-      [&](double theta, double z) { return foot + pair.depth * thread_at(pair.pitch, theta, z); },
-      -half, half, grid);
+      [&](double theta, double) { return radius_of_hexagon(nut.width, theta); },
+      [&](double theta, double z) { return foot + nut.depth * thread_at(nut.pitch, theta, z); },
+      -half, half, nut.grid);
 }
 
 }  // namespace haptic

@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/shape/mesh/molars.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
 
+#include "contact/shape/mesh/primitives.h"
 #include "contact/shape/mesh/vessel.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
+
+// Both chewing surfaces follow one surface z = h(x, y), the mean of the smooth upper envelope of
+// cones under the lower cusps and the smooth lower envelope of cones over the upper ones, with
+// wrinkles: fissures are where cones meet, and a cusp lies in the pit of the other tooth. Towards
+// its rim each crown retreats from h. The lower one is nowhere above h, the upper one nowhere below
+// h + clearance, so they touch over most of the surface that they share.
 
 // All shapes below are in millimetres of a lower crown that is 11 mm wide.
 constexpr double kWidth = 11;
@@ -92,10 +97,10 @@ Vec3 on_side(const Crown& crown, double lift, double share, double theta) {
   return {crown.x + r * std::cos(theta), crown.y + r * std::sin(theta), rim + share * (neck - rim)};
 }
 
-Soup make_crown(const Crown& crown, double lift, const Molars& molars) {
-  HAPTIC_ASSERT(molars.around >= 6 && molars.width > 0);
-  const uint32_t rings = molars.around / 6, rows = std::max(1u, molars.around / 11);
-  const double scale = molars.width / kWidth;
+Soup make_crown(const Crown& crown, double lift, const primitive::LowerMolar& molar) {
+  HAPTIC_ASSERT(molar.around >= 6 && molar.width > 0);
+  const uint32_t rings = molar.around / 6, rows = std::max(1u, molar.around / 11);
+  const double scale = molar.width / kWidth;
   const auto at = [&](uint32_t ring, double theta) {
     if (ring <= rings) return scale * on_top(crown, lift / scale, 1.0 * ring / rings, theta);
     return scale * on_side(crown, lift / scale, 1.0 * (ring - rings) / rows, theta);
@@ -106,12 +111,12 @@ Soup make_crown(const Crown& crown, double lift, const Molars& molars) {
 
 }  // namespace
 
-Soup make_lower_molar(const Molars& molars) {
-  return make_crown(kLower, 0, molars);
+Soup make_lower_molar(const primitive::LowerMolar& molar) {
+  return make_crown(kLower, 0, molar);
 }
 
-Soup make_upper_molar(const Molars& molars) {
-  return make_crown(kUpper, molars.clearance, molars);
+Soup make_upper_molar(const primitive::UpperMolar& molar) {
+  return make_crown(kUpper, molar.clearance, molar);
 }
 
 }  // namespace haptic

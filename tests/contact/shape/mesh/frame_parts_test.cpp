@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/shape/mesh/frame_parts.h"
-
 #include <cmath>
 #include <numbers>
 
 #include "contact/query/proximity/triangle_pairs.h"
 #include "contact/shape/baked/mesh_shape.h"
+#include "contact/shape/mesh/primitives.h"
 #include "tests/contact/shape/mesh/solid.h"
 
 using namespace haptic;
@@ -28,13 +27,14 @@ double frustum(double lower, double upper, double height) {
 TEST_CASE("frame parts: solids without self-intersections, by CGAL", "[contact]") {
   check_solid(make_frame_rail({}));
   check_solid(make_pin_rest({}));
-  check_solid(make_frame_rail({.around = 8}));
-  check_solid(make_pin_rest({.around = 8}));
-  check_solid(make_window({0.16, 0.13, 0.006}, 0.0426, 0.0346));
+  check_solid(make_frame_rail({{.around = 8}}));
+  check_solid(make_pin_rest({{.around = 8}}));
+  check_solid(make_window({{0.16, 0.13, 0.006}, 0.0426, 0.0346}));
 }
 
 TEST_CASE("frame parts: volumes are those of their boxes, holes and pins") {
-  const FrameParts parts;
+  const primitive::FrameRail parts;
+  const primitive::PinRest under;
   const double w = parts.width, h = parts.height, s = w / 8, n = parts.around;
   const double channel = parts.length - 2 * w, r = 0.5 * parts.diameter + parts.clearance;
   const double hole = polygon(r, n), slot = hole + 4 * r * parts.diameter / 4;
@@ -46,16 +46,17 @@ TEST_CASE("frame parts: volumes are those of their boxes, holes and pins") {
   const double foot = polygon(0.5 * parts.diameter, n), tip = foot / 4;
   const double pin = 1.5 * s * foot + frustum(foot, tip, 0.5 * parts.diameter);
   const double post = 0.75 * w, base = 2 * s * (parts.length + w) * 1.5 * w;
-  CHECK(volume(make_pin_rest(parts)) ==
-        Approx(base + 2 * post * post * parts.post + 2 * pin).epsilon(1e-12));
-  CHECK(volume(make_window({0.16, 0.13, 0.006}, 0.04, 0.03)) ==
+  CHECK(volume(make_pin_rest(under)) ==
+        Approx(base + 2 * post * post * under.height + 2 * pin).epsilon(1e-12));
+  CHECK(volume(make_window({{0.16, 0.13, 0.006}, 0.04, 0.03})) ==
         Approx((0.16 * 0.13 - 0.04 * 0.03) * 0.006).epsilon(1e-12));
 }
 
 TEST_CASE("frame parts: the rail lies on its pins with the play that is stated") {
-  const FrameParts parts;
+  const primitive::FrameRail parts;
+  const primitive::PinRest under;
   const MeshShapeData rail = build_shape(make_frame_rail(parts)),
-                      rest = build_shape(make_pin_rest(parts));
+                      rest = build_shape(make_pin_rest(under));
   const double c = parts.clearance, lift = 1e-6;
   const auto is_free = [&](const Vec3& aside, double turn) {
     return triangle_pairs(rest.view(), rail.view(),
@@ -70,7 +71,7 @@ TEST_CASE("frame parts: the rail lies on its pins with the play that is stated")
     CHECK_FALSE(is_free({side * (c + chord), 0, 0}, 0));
     CHECK(is_free({0, side * (c - chord), 0}, 0));
     CHECK_FALSE(is_free({0, side * (c + chord), 0}, 0));
-    const double turn = c / pin_distance(parts);
+    const double turn = c / (0.5 * (parts.length - parts.width));
     CHECK(is_free({}, side * 0.9 * turn));
     CHECK_FALSE(is_free({}, side * 1.1 * turn));
   }

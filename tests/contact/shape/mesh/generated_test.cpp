@@ -5,9 +5,8 @@
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/query/proximity/triangle_pairs.h"
 #include "contact/shape/baked/mesh_shape.h"
-#include "contact/shape/mesh/ball_joint.h"
 #include "contact/shape/mesh/dimpled_ball.h"
-#include "contact/shape/mesh/molars.h"
+#include "contact/shape/mesh/primitives.h"
 #include "proto/math/units.h"
 #include "tests/contact/shape/mesh/solid.h"
 #include "tests/support/meshes.h"
@@ -37,17 +36,17 @@ TEST_CASE("generated meshes: solids without self-intersections, by CGAL", "[cont
   // coarser ones under a sanitizer
   const uint32_t share = kSlowdown > 1 ? 4 : 1;
   check_solid(make_lower_molar({.around = 264 / share}));
-  check_solid(make_upper_molar({.around = 264 / share}));
+  check_solid(make_upper_molar({{.around = 264 / share}}));
   check_solid(make_joint_ball({.around = 240 / share}));
   check_solid(make_joint_socket({.around = 240 / share}));
   check_solid(make_joint_socket({.cover = 0.7 * kPi, .around = 60}));
-  check_solid(make_dimpled_ball({.steps = 40 / share}));
+  check_solid(make_dimpled_ball({.along = 40 / share}));
   // the fewest steps
   check_solid(make_lower_molar({.around = 6}));
-  check_solid(make_upper_molar({.around = 6}));
+  check_solid(make_upper_molar({{.around = 6}}));
   check_solid(make_joint_ball({.around = 6}));
   check_solid(make_joint_socket({.around = 6}));
-  check_solid(make_dimpled_ball({.steps = 1}));
+  check_solid(make_dimpled_ball({.along = 1}));
 }
 
 TEST_CASE("generated meshes: how many triangles they have, and the same each time") {
@@ -66,14 +65,14 @@ TEST_CASE("molars: as wide as stated, in proportion") {
   const Vec3 lower = sides(make_lower_molar({.width = 33e-3}));
   CHECK(lower.y == Approx(33e-3).epsilon(1e-3));
   CHECK(lower.x == Approx(33e-3 * 10.2 / 11).epsilon(0.01));
-  const Vec3 upper = sides(make_upper_molar({.width = 33e-3, .clearance = 0.15e-3}));
+  const Vec3 upper = sides(make_upper_molar({{.width = 33e-3}, 0.15e-3}));
   CHECK(upper.y == Approx(33e-3 * 10.4 / 11).epsilon(1e-3));
   CHECK(upper.x == Approx(33e-3 * 11.4 / 11).epsilon(0.01));
 }
 
 TEST_CASE("molars: shut, they do not meet, and touch over a large surface", "[trap]") {
   if (kSlowdown > 1) return;
-  const Molars molars;
+  const primitive::UpperMolar molars;
   const MeshShapeData lower = build_shape(make_lower_molar(molars)),
                       upper = build_shape(make_upper_molar(molars));
   CHECK(triangle_pairs(lower.view(), upper.view(), {}, {}) == 0);
@@ -95,22 +94,23 @@ TEST_CASE("molars: shut, they do not meet, and touch over a large surface", "[tr
 }
 
 TEST_CASE("ball joint: volumes are those of ball, stem, cup and cavity") {
-  const BallJoint joint;
+  const primitive::JointBall joint;
   const double r = 0.5 * joint.diameter, s = 0.5 * joint.stem;
   const double joined = std::sqrt(r * r - s * s);
   const double ball = below(r, joined) + kPi * s * s * (joint.length - joined);
   const double facets = 1e-3;  // chords of 240 steps
   CHECK(volume(make_joint_ball(joint)) == Approx(ball).epsilon(facets));
-  const double c = r + joint.clearance, rim = -c * std::cos(joint.cover);
-  const double outer = 0.5 * joint.width;
-  const double cup = kPi * outer * outer * (rim + joint.height) - below(c, rim);
-  CHECK(volume(make_joint_socket(joint)) == Approx(cup).epsilon(facets));
+  const primitive::JointSocket socket;
+  const double c = r + socket.clearance, rim = -c * std::cos(socket.cover);
+  const double outer = 0.5 * socket.width;
+  const double cup = kPi * outer * outer * (rim + socket.height) - below(c, rim);
+  CHECK(volume(make_joint_socket(socket)) == Approx(cup).epsilon(facets));
 }
 
 TEST_CASE("ball joint: the ball is free in its socket, however it is turned") {
   if (kSlowdown > 1) return;
-  const BallJoint joint;
-  const MeshShapeData ball = build_shape(make_joint_ball(joint)),
+  const primitive::JointSocket joint;
+  const MeshShapeData ball = build_shape(make_joint_ball({})),
                       socket = build_shape(make_joint_socket(joint));
   const double sagitta = 0.5 * joint.diameter * (1 - std::cos(1.1 * 2 * kPi / joint.around));
   Random random(22);
@@ -123,7 +123,7 @@ TEST_CASE("ball joint: the ball is free in its socket, however it is turned") {
 }
 
 TEST_CASE("dimpled ball: volume of the ball less that of its dimples") {
-  const DimpledBall ball;
+  const primitive::DimpledBall ball;
   const double r = 0.5 * ball.diameter, sphere = 4 * kPi * r * r * r / 3;
   // chords of 1/92 of the radius
   CHECK(volume(make_dimpled_ball({.depth = 0})) == Approx(sphere).epsilon(2e-4));
