@@ -55,8 +55,8 @@ void read_rates(Section& root, SessionConfig& config) {
     servo->finish();
   }
   if (auto contact = root.section("contact")) {
-    contact->read_quantity("poll_rate", kFrequency, kPollRates, config.contact_poll_rate);
-    contact->read_quantity("proxy_radius", kLength, kProxyRadii, config.proxy_radius);
+    contact->read_all({{"poll_rate", kFrequency, kPollRates, config.contact_poll_rate},
+                       {"proxy_radius", kLength, kProxyRadii, config.proxy_radius}});
     double bytes = static_cast<double>(config.mesh_memory_limit);
     contact->read_quantity("mesh_memory_limit", kMemory, {1 << 20, 1e15}, bytes);
     config.mesh_memory_limit = static_cast<uint64_t>(bytes);
@@ -86,14 +86,13 @@ void read_map(Section& root, DeviceMap& map) {
 void read_coupling(Section& root, CouplingConfig& coupling) {
   auto section = root.section("coupling");
   if (!section) return;
-  section->read_quantity("stiffness", kStiffness, kNotNegative, coupling.translational_stiffness);
-  section->read_quantity("damping", kDamping, kNotNegative, coupling.translational_damping);
-  section->read_quantity("rotational_stiffness", kRotationalStiffness, kNotNegative,
-                         coupling.rotational_stiffness);
-  section->read_quantity("rotational_damping", kRotationalDamping, kNotNegative,
-                         coupling.rotational_damping);
-  section->read_quantity("max_force", kForce, kPositive, coupling.max_force);
-  section->read_quantity("max_torque", kTorque, kPositive, coupling.max_torque);
+  section->read_all(
+      {{"stiffness", kStiffness, kNotNegative, coupling.translational_stiffness},
+       {"damping", kDamping, kNotNegative, coupling.translational_damping},
+       {"rotational_stiffness", kRotationalStiffness, kNotNegative, coupling.rotational_stiffness},
+       {"rotational_damping", kRotationalDamping, kNotNegative, coupling.rotational_damping},
+       {"max_force", kForce, kPositive, coupling.max_force},
+       {"max_torque", kTorque, kPositive, coupling.max_torque}});
   section->finish();
 }
 
@@ -102,14 +101,14 @@ void read_safety(Section& root, DeviceKind device, SafetyConfig& safety) {
   safety.armed_at_start = row_of(device).has_node() ? 0 : 1;
   auto section = root.section("safety");
   if (!section) return;
-  section->read_quantity("max_force", kForce, kPositive, safety.max_force);
-  section->read_quantity("max_torque", kTorque, kNotNegative, safety.max_torque);
-  section->read_quantity("soft_start", kTime, kNotNegative, safety.soft_start);
-  section->read_quantity("slew", kForceRate, kPositive, safety.slew);
-  section->read_quantity("torque_slew", kTorqueRate, kPositive, safety.torque_slew);
-  section->read_quantity("velocity_limit", kSpeed, kPositive, safety.velocity_limit);
-  section->read_quantity("angular_velocity_limit", kAngularSpeed, kPositive,
-                         safety.angular_velocity_limit);
+  section->read_all(
+      {{"max_force", kForce, kPositive, safety.max_force},
+       {"max_torque", kTorque, kNotNegative, safety.max_torque},
+       {"soft_start", kTime, kNotNegative, safety.soft_start},
+       {"slew", kForceRate, kPositive, safety.slew},
+       {"torque_slew", kTorqueRate, kPositive, safety.torque_slew},
+       {"velocity_limit", kSpeed, kPositive, safety.velocity_limit},
+       {"angular_velocity_limit", kAngularSpeed, kPositive, safety.angular_velocity_limit}});
   section->read_integer("dead_man_button", 0, kButtons - 1, safety.dead_man_button);
   section->read_flag("armed_at_start", safety.armed_at_start);
   section->finish();
@@ -123,8 +122,8 @@ void read_motion(Section& object, MotionConfig& motion) {
   const MotionKindRow& row = row_of(motion.kind);
   if (row.is_still) return section->finish();
   section->read_direction("axis", motion.axis_O);
-  section->read_quantity("amplitude", Dimension::kLength, kNotNegative, motion.amplitude);
-  section->read_quantity("frequency", Dimension::kFrequency, kNotNegative, motion.frequency);
+  section->read_all({{"amplitude", kLength, kNotNegative, motion.amplitude},
+                     {"frequency", kFrequency, kNotNegative, motion.frequency}});
   section->require("frequency", "frequency = \"0.5 Hz\"");
   if (row.has_amplitude) section->require("amplitude", "amplitude = \"5 mm\"");
   section->finish();

@@ -130,6 +130,10 @@ bool Section::read_quantity(std::string_view key, Dimension dimension, const Ran
   return node != nullptr;
 }
 
+void Section::read_all(std::initializer_list<QuantityKey> keys) {
+  for (const auto& [key, dimension, range, out] : keys) read_quantity(key, dimension, range, out);
+}
+
 bool Section::read_number(std::string_view key, const Range& range, double& out) {
   const toml::node* node = take(key);
   if (node != nullptr) out = number_of(*node, key, range);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -46,6 +47,14 @@ constexpr auto words_of(const std::array<Row, N>& rows) {
   return words;
 }
 
+/// A key that has a quantity, and where it goes.
+struct QuantityKey {
+  std::string_view key;
+  Dimension dimension;
+  Range range;
+  double& out;
+};
+
 class Section;
 
 /// A parsed configuration file. Throws ConfigError with file, line and column if the text is not
@@ -74,6 +83,8 @@ class Section {
       : table_(table), name_(std::move(name)), file_(file) {}
 
   bool read_quantity(std::string_view key, Dimension dimension, const Range& range, double& out);
+  /// Several quantities; each key may be left out.
+  void read_all(std::initializer_list<QuantityKey> keys);
   bool read_number(std::string_view key, const Range& range, double& out);
   bool read_integer(std::string_view key, int64_t min, int64_t max, int64_t& out);
   template <typename Integer>

@@ -57,8 +57,8 @@ void read_proxy(Section& root, ProxyConfig& proxy) {
   SoftSolver solver{};
   if (section->read_choice("solver", words(kSolvers), solver)) proxy.solver = solver;
   section->read_choice("integrator", words(kIntegrators), proxy.integrator);
-  section->read_quantity("contact_stiffness", kStiffness, kPositive, proxy.contact_stiffness);
-  section->read_quantity("contact_damping", kDamping, kNotNegative, proxy.contact_damping);
+  section->read_all({{"contact_stiffness", kStiffness, kPositive, proxy.contact_stiffness},
+                     {"contact_damping", kDamping, kNotNegative, proxy.contact_damping}});
   section->read_choice("sharing", words(kSharings), proxy.sharing);
   section->finish();
 }
@@ -78,9 +78,9 @@ void read_voxel(Section& contact, VoxelConfig& voxel) {
   voxel.band = default_band(voxel);
   section->read_quantity("band", kLength, band_range(voxel), voxel.band);
   section->read_flag("open_as_sheet", voxel.open_as_sheet);
-  section->read_quantity("point_spacing", kLength, kVoxelSizes, voxel.point_spacing);
-  section->read_quantity("stiffness", kStiffness, kPositive, voxel.stiffness);
-  section->read_quantity("braking", kDamping, kNotNegative, voxel.braking);
+  section->read_all({{"point_spacing", kLength, kVoxelSizes, voxel.point_spacing},
+                     {"stiffness", kStiffness, kPositive, voxel.stiffness},
+                     {"braking", kDamping, kNotNegative, voxel.braking}});
   section->read_choice("braking_along", words(kBrakings), voxel.braking_along);
   section->read_integer("budget", 0, kMaxBudget, voxel.budget);
   section->finish();
@@ -90,11 +90,11 @@ void read_pieces(Section& contact, PieceConfig& pieces) {
   auto section = contact.section("pieces");
   if (!section) return;
   pieces.is_wanted = 1;
-  section->read_quantity("threshold", kLength, kThresholds, pieces.threshold);
-  section->read_quantity("carry", kLength, kThresholds, pieces.carry);
-  section->read_quantity("bandwidth", kFrequency, kNotNegative, pieces.bandwidth);
+  section->read_all({{"threshold", kLength, kThresholds, pieces.threshold},
+                     {"carry", kLength, kThresholds, pieces.carry},
+                     {"bandwidth", kFrequency, kNotNegative, pieces.bandwidth},
+                     {"cluster_radius", kLength, kClusterRadii, pieces.cluster_radius}});
   section->read_integer("budget", 0, kMaxBudget, pieces.budget);
-  section->read_quantity("cluster_radius", kLength, kClusterRadii, pieces.cluster_radius);
   section->finish();
 }
 

@@ -10,6 +10,8 @@
 
 namespace haptic {
 
+using enum Dimension;
+
 namespace fs = std::filesystem;
 
 #define DEVICE(id, name, open, read, ...) ReadDevice read;
@@ -49,9 +51,9 @@ void read_waypoints(Section& intent, IntentConfig& config) {
     place.read_pose(waypoint.X_BH);
     if (config.n_waypoints > 0) {
       place.require("time", "time = \"2 s\", from the waypoint before");
-      place.read_quantity("time", Dimension::kTime, kPositive, waypoint.time);
+      place.read_quantity("time", kTime, kPositive, waypoint.time);
     }
-    place.read_quantity("rest", Dimension::kTime, kNotNegative, waypoint.rest);
+    place.read_quantity("rest", kTime, kNotNegative, waypoint.rest);
     place.finish();
     ++config.n_waypoints;
   }
@@ -61,31 +63,28 @@ void read_intent(Section& hand, IntentConfig& intent) {
   auto section = hand.section("intent");
   if (!section) return;
   section->read_lengths("centre", kAny, intent.centre_B);
-  section->read_quantity("hover_radius", Dimension::kLength, kPositive, intent.hover_radius);
-  section->read_quantity("press_radius", Dimension::kLength, kNotNegative, intent.press_radius);
-  section->read_quantity("stroke_angle", Dimension::kAngle, kNotNegative, intent.stroke_angle);
+  section->read_all({{"hover_radius", kLength, kPositive, intent.hover_radius},
+                     {"press_radius", kLength, kNotNegative, intent.press_radius},
+                     {"stroke_angle", kAngle, kNotNegative, intent.stroke_angle}});
   section->read_direction("direction", intent.direction_B);
-  section->read_quantity("stroke_time", Dimension::kTime, kPositive, intent.stroke_time);
-  section->read_quantity("tremor_amplitude", Dimension::kLength, kNotNegative,
-                         intent.tremor_amplitude);
-  section->read_quantity("turn_angle", Dimension::kAngle, kIntendedTurns, intent.turn_angle);
+  section->read_all({{"stroke_time", kTime, kPositive, intent.stroke_time},
+                     {"tremor_amplitude", kLength, kNotNegative, intent.tremor_amplitude},
+                     {"turn_angle", kAngle, kIntendedTurns, intent.turn_angle}});
   section->read_direction("turn_axis", intent.turn_axis_B);
   read_waypoints(*section, intent);
   section->finish();
 }
 
 void read_turning(Section& section, SimulatedHandConfig& hand) {
-  constexpr Dimension kDamping = Dimension::kRotationalDamping;
-  section.read_quantity("inertia", Dimension::kInertia, kNotNegative, hand.inertia);
-  section.read_quantity("rotational_damping", kDamping, kNotNegative, hand.rotational_damping);
-  section.read_quantity("rotational_friction", Dimension::kTorque, kNotNegative,
-                        hand.rotational_friction);
-  section.read_quantity("angle_step", Dimension::kAngle, kNotNegative, hand.angle_step);
-  section.read_quantity("hand_inertia", Dimension::kInertia, kNotNegative, hand.hand_inertia);
-  section.read_quantity("hand_rotational_damping", kDamping, kNotNegative,
-                        hand.hand_rotational_damping);
-  section.read_quantity("hand_rotational_stiffness", Dimension::kRotationalStiffness, kNotNegative,
-                        hand.hand_rotational_stiffness);
+  section.read_all(
+      {{"inertia", kInertia, kNotNegative, hand.inertia},
+       {"rotational_damping", kRotationalDamping, kNotNegative, hand.rotational_damping},
+       {"rotational_friction", kTorque, kNotNegative, hand.rotational_friction},
+       {"angle_step", kAngle, kNotNegative, hand.angle_step},
+       {"hand_inertia", kInertia, kNotNegative, hand.hand_inertia},
+       {"hand_rotational_damping", kRotationalDamping, kNotNegative, hand.hand_rotational_damping},
+       {"hand_rotational_stiffness", kRotationalStiffness, kNotNegative,
+        hand.hand_rotational_stiffness}});
 }
 
 }  // namespace
@@ -97,16 +96,14 @@ void read_hand(Section& device, const fs::path&, DeviceConfig& config) {
   int64_t seed = static_cast<int64_t>(hand.seed);
   section->read_integer("seed", 0, std::numeric_limits<int64_t>::max(), seed);
   hand.seed = static_cast<uint64_t>(seed);
-  section->read_quantity("mass", Dimension::kMass, kPositive, hand.mass);
-  section->read_quantity("damping", Dimension::kDamping, kNotNegative, hand.damping);
-  section->read_quantity("coulomb_friction", Dimension::kForce, kNotNegative,
-                         hand.coulomb_friction);
-  section->read_quantity("encoder_step", Dimension::kLength, kNotNegative, hand.encoder_step);
-  section->read_quantity("hand_mass", Dimension::kMass, kNotNegative, hand.hand_mass);
-  section->read_quantity("hand_damping", Dimension::kDamping, kNotNegative, hand.hand_damping);
-  section->read_quantity("hand_stiffness", Dimension::kStiffness, kNotNegative,
-                         hand.hand_stiffness);
-  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive, hand.velocity_cutoff);
+  section->read_all({{"mass", kMass, kPositive, hand.mass},
+                     {"damping", kDamping, kNotNegative, hand.damping},
+                     {"coulomb_friction", kForce, kNotNegative, hand.coulomb_friction},
+                     {"encoder_step", kLength, kNotNegative, hand.encoder_step},
+                     {"hand_mass", kMass, kNotNegative, hand.hand_mass},
+                     {"hand_damping", kDamping, kNotNegative, hand.hand_damping},
+                     {"hand_stiffness", kStiffness, kNotNegative, hand.hand_stiffness},
+                     {"velocity_cutoff", kFrequency, kPositive, hand.velocity_cutoff}});
   read_turning(*section, hand);
   read_intent(*section, hand.intent);
   section->finish();
@@ -117,12 +114,12 @@ void read_admittance(Section& device, const fs::path&, DeviceConfig& config) {
   auto section = device.section("admittance");
   if (!section) return;
   AdmittanceConfig& body = config.admittance;
-  section->read_quantity("mass", Dimension::kMass, kPositive, body.mass);
-  section->read_quantity("damping", Dimension::kDamping, kNotNegative, body.damping);
-  section->read_quantity("inertia", Dimension::kInertia, kPositive, body.inertia);
-  section->read_quantity("rotational_damping", Dimension::kRotationalDamping, kNotNegative,
-                         body.rotational_damping);
-  section->read_quantity("arm_delay", Dimension::kTime, kDelays, body.arm_delay);
+  section->read_all(
+      {{"mass", kMass, kPositive, body.mass},
+       {"damping", kDamping, kNotNegative, body.damping},
+       {"inertia", kInertia, kPositive, body.inertia},
+       {"rotational_damping", kRotationalDamping, kNotNegative, body.rotational_damping},
+       {"arm_delay", kTime, kDelays, body.arm_delay}});
   section->finish();
 }
 
@@ -141,15 +138,15 @@ void read_replay(Section& device, const fs::path& config_folder, DeviceConfig& c
   if (file.string().size() >= replay.path.size()) section->fail_at("path", "is too long");
   assign(replay.path, file.string());
   section->read_choice("resampling", words(kResamplings), replay.resampling);
-  section->read_quantity("max_gap", Dimension::kTime, kPositive, replay.max_gap);
+  section->read_quantity("max_gap", kTime, kPositive, replay.max_gap);
   section->read_number("speed", kReplaySpeeds, replay.speed);
-  section->read_quantity("from", Dimension::kTime, kNotNegative, replay.from);
-  section->read_quantity("to", Dimension::kTime, kPositive, replay.to);
+  section->read_all(
+      {{"from", kTime, kNotNegative, replay.from}, {"to", kTime, kPositive, replay.to}});
   section->read_flag("loop", replay.loop);
   section->read_flag("closed_loop", replay.closed_loop);
   section->read_text("column", replay.column);
   section->read_direction("axis", replay.axis_B);
-  if (section->read_quantity("lever_arm", Dimension::kLength, kPositive, replay.lever_arm)) {
+  if (section->read_quantity("lever_arm", kLength, kPositive, replay.lever_arm)) {
     section->require("column", "column = \"lever_rad\" (the angle the lever arm is multiplied by)");
   }
   section->finish();
@@ -164,9 +161,8 @@ void read_serial(Section& device, const fs::path&, DeviceConfig& config) {
   SerialConfig& serial = config.serial;
   section->require("path", "path = \"/dev/ttyACM0\"");
   section->read_text("path", serial.path);
-  section->read_quantity("max_current", Dimension::kCurrent, kCurrents, serial.max_current);
-  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive,
-                         serial.velocity_cutoff);
+  section->read_all({{"max_current", kCurrent, kCurrents, serial.max_current},
+                     {"velocity_cutoff", kFrequency, kPositive, serial.velocity_cutoff}});
   section->finish();
 }
 
@@ -177,23 +173,22 @@ void read_device(Section& root, const fs::path& config_folder, DeviceConfig& dev
   section.require("kind", "kind = \"simulated-hand\"");
   section.read_choice("kind", words(kDeviceWords), device.kind,
                       " (other hardware needs a driver: docs/adding.md)");
-  section.read_quantity("max_force", Dimension::kForce, kPositive, device.max_force);
-  section.read_quantity("max_torque", Dimension::kTorque, kNotNegative, device.max_torque);
-  section.read_quantity("continuous_force", Dimension::kForce, kPositive, device.continuous_force);
-  section.read_quantity("continuous_torque", Dimension::kTorque, kPositive,
-                        device.continuous_torque);
-  section.read_quantity("max_damping", Dimension::kDamping, kNotNegative, device.max_damping);
-  section.read_quantity("max_rotational_damping", Dimension::kRotationalDamping, kNotNegative,
-                        device.max_rotational_damping);
+  section.read_all({{"max_force", kForce, kPositive, device.max_force},
+                    {"max_torque", kTorque, kNotNegative, device.max_torque},
+                    {"continuous_force", kForce, kPositive, device.continuous_force},
+                    {"continuous_torque", kTorque, kPositive, device.continuous_torque},
+                    {"max_damping", kDamping, kNotNegative, device.max_damping},
+                    {"max_rotational_damping", kRotationalDamping, kNotNegative,
+                     device.max_rotational_damping}});
   section.read_lengths("workspace_centre", kAny, device.workspace_centre_B);
-  section.read_quantity("workspace_radius", Dimension::kLength, kPositive, device.workspace_radius);
+  section.read_quantity("workspace_radius", kLength, kPositive, device.workspace_radius);
   section.read_rotation("workspace_rest", device.workspace_rest_B);
-  section.read_quantity("workspace_turn", Dimension::kAngle, kHalfTurn, device.workspace_turn);
-  section.read_quantity("mass", Dimension::kMass, kPositive, device.mass);
-  section.read_quantity("damping", Dimension::kDamping, kNotNegative, device.damping);
-  section.read_quantity("inertia", Dimension::kInertia, kPositive, device.inertia);
-  section.read_quantity("rotational_damping", Dimension::kRotationalDamping, kNotNegative,
-                        device.rotational_damping);
+  section.read_all(
+      {{"workspace_turn", kAngle, kHalfTurn, device.workspace_turn},
+       {"mass", kMass, kPositive, device.mass},
+       {"damping", kDamping, kNotNegative, device.damping},
+       {"inertia", kInertia, kPositive, device.inertia},
+       {"rotational_damping", kRotationalDamping, kNotNegative, device.rotational_damping}});
   read_plugged(section, device);
 #define DEVICE(id, name, open, read, ...) read(section, config_folder, device);
 #include "proto/config/devices.def"

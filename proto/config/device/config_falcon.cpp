@@ -6,6 +6,8 @@
 
 namespace haptic {
 
+using enum Dimension;
+
 void read_falcon(Section& device, const std::filesystem::path& config_folder,
                  DeviceConfig& config) {
   auto section = device.section("falcon");
@@ -18,8 +20,7 @@ void read_falcon(Section& device, const std::filesystem::path& config_folder,
     }
     assign(config.falcon.firmware, file.string());
   }
-  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive,
-                         config.falcon.velocity_cutoff);
+  section->read_quantity("velocity_cutoff", kFrequency, kPositive, config.falcon.velocity_cutoff);
   section->finish();
 }
 

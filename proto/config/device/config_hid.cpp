@@ -5,6 +5,8 @@
 #include "proto/config/devices.h"
 
 namespace haptic {
+
+using enum Dimension;
 namespace {
 
 constexpr Range kDeadBands{0, 0.9};        // a share
@@ -33,12 +35,11 @@ void read_hid_arm(Section& device, const std::filesystem::path&, DeviceConfig& c
   section->read_lengths("bodies", kPositive, arm.bodies);
   read_signs(*section, "signs", arm.signs);
   read_signs(*section, "motor_signs", arm.motor_signs);
-  section->read_quantities("homes", Dimension::kAngle, kAny, arm.homes);
+  section->read_quantities("homes", kAngle, kAny, arm.homes);
   section->read_number("counts_per_turn", kEncoderCounts, arm.counts_per_turn);
-  section->read_quantity("torque_constant", Dimension::kTorqueConstant, kPositive,
-                         arm.torque_constant);
-  section->read_quantity("max_current", Dimension::kCurrent, kHidCurrents, arm.max_current);
-  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive, arm.velocity_cutoff);
+  section->read_all({{"torque_constant", kTorqueConstant, kPositive, arm.torque_constant},
+                     {"max_current", kCurrent, kHidCurrents, arm.max_current},
+                     {"velocity_cutoff", kFrequency, kPositive, arm.velocity_cutoff}});
   section->finish();
 }
 
@@ -46,8 +47,8 @@ void read_rate(Section& device, const std::filesystem::path&, DeviceConfig& conf
   auto section = device.section("rate");
   if (!section) return;
   RateDeviceConfig& rate = config.rate;
-  section->read_quantity("speed", Dimension::kSpeed, kPositive, rate.speed);
-  section->read_quantity("turn_rate", Dimension::kAngularSpeed, kNotNegative, rate.turn_rate);
+  section->read_all({{"speed", kSpeed, kPositive, rate.speed},
+                     {"turn_rate", kAngularSpeed, kNotNegative, rate.turn_rate}});
   section->read_number("dead_band", kDeadBands, rate.dead_band);
   section->read_number("full_scale", kCounts, rate.full_scale);
   section->finish();

@@ -5,6 +5,8 @@
 #include "proto/config/devices.h"
 
 namespace haptic {
+
+using enum Dimension;
 namespace {
 
 constexpr Range kTurnCounts{1, 60'000};       // half a turn is in 16 bits
@@ -24,18 +26,18 @@ void read_pantograph(Section& device, const std::filesystem::path&, DeviceConfig
   auto section = device.section("pantograph");
   if (!section) return;
   PantographConfig& arm = config.pantograph;
-  section->read_quantity("proximal", Dimension::kLength, kPositive, arm.proximal);
-  section->read_quantity("distal", Dimension::kLength, kPositive, arm.distal);
-  section->read_quantity("base", Dimension::kLength, kNotNegative, arm.base);
+  section->read_all({{"proximal", kLength, kPositive, arm.proximal},
+                     {"distal", kLength, kPositive, arm.distal},
+                     {"base", kLength, kNotNegative, arm.base}});
   section->read_number("counts_per_turn", kTurnCounts, arm.counts_per_turn);
-  section->read_quantity("offset_1", Dimension::kAngle, kAny, arm.offset_1);
-  section->read_quantity("offset_2", Dimension::kAngle, kAny, arm.offset_2);
+  section->read_all(
+      {{"offset_1", kAngle, kAny, arm.offset_1}, {"offset_2", kAngle, kAny, arm.offset_2}});
   read_sign(*section, "sign_1", arm.sign_1);
   read_sign(*section, "sign_2", arm.sign_2);
   section->read_integer("port_1", 1, 2, arm.port_1);
   section->read_number("reduction", kPositive, arm.reduction);
-  section->read_quantity("max_torque", Dimension::kTorque, kBoardTorques, arm.max_torque);
-  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive, arm.velocity_cutoff);
+  section->read_all({{"max_torque", kTorque, kBoardTorques, arm.max_torque},
+                     {"velocity_cutoff", kFrequency, kPositive, arm.velocity_cutoff}});
   section->finish();
 }
 

@@ -82,14 +82,14 @@ void read_points(Section& section, const Vec3& start_W, JointConfig& joint) {
 
 /// What acts along the coordinate.
 void read_laws(Section& section, const JointDimensions& dimensions, JointConfig& joint) {
-  section.read_quantity("lower", dimensions.coordinate, kNotPositive, joint.lower);
-  section.read_quantity("upper", dimensions.coordinate, kNotNegative, joint.upper);
-  section.read_quantity("stiffness", dimensions.stiffness, kNotNegative, joint.stiffness);
+  section.read_all({{"lower", dimensions.coordinate, kNotPositive, joint.lower},
+                    {"upper", dimensions.coordinate, kNotNegative, joint.upper},
+                    {"stiffness", dimensions.stiffness, kNotNegative, joint.stiffness}});
   if (section.read_quantity("rest", dimensions.coordinate, kAny, joint.rest)) {
     section.require("stiffness", "stiffness, of the spring that 'rest' belongs to");
   }
-  section.read_quantity("damping", dimensions.damping, kNotNegative, joint.damping);
-  section.read_quantity("friction", dimensions.load, kNotNegative, joint.friction);
+  section.read_all({{"damping", dimensions.damping, kNotNegative, joint.damping},
+                    {"friction", dimensions.load, kNotNegative, joint.friction}});
   read_detents(section, dimensions, joint);
 }
 
