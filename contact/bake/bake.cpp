@@ -28,7 +28,6 @@ constexpr double kSizeTolerance = 0.01;  // relative, between the stated and the
 // [m]; smaller coordinates become 0, so that the fourth powers of lengths in normals do not
 // underflow
 constexpr double kSmallestCoordinate = 1e-40;
-constexpr char kGridMark = '\t';  // begins the lines of the stored report that explain the grid
 constexpr size_t kCachedTriangles = 5000;  // a generated mesh of fewer is made faster than mapped
 
 std::string millimetres(double metres) {
@@ -123,7 +122,6 @@ std::string write_report(const BakeReport& r) {
        << r.non_manifold_split << " " << r.self_intersections << " " << r.reoriented << " "
        << r.size << "\n";
   for (const std::string& line : r.lines) text << line << "\n";
-  for (const std::string& line : r.grid) text << kGridMark << line << "\n";
   return text.str();
 }
 
@@ -136,10 +134,7 @@ BakeReport read_report(std::span<const char> notes, const std::string& file) {
       r.reoriented >> r.size;
   std::string line;
   std::getline(text, line);
-  while (std::getline(text, line)) {
-    const bool of_grid = line.starts_with(kGridMark);
-    (of_grid ? r.grid : r.lines).push_back(line.substr(of_grid ? 1 : 0));
-  }
+  while (std::getline(text, line)) r.lines.push_back(line);
   return r;
 }
 
@@ -176,17 +171,15 @@ std::vector<std::byte> bake_bytes(
   const MeshData mesh = build_mesh(std::move(clean.vertices), std::move(clean.triangles));
   const SearchStructures built = build_search_structures(mesh.view());
   tell(kDone.searchable);
-  report.grid = built.grid.lines;
   const MeshData eye = build_eye_mesh(mesh.view(), kEyeTriangles);
   tell(1);
   const std::string notes = write_report(report);
-  return write_baked(
-      {{mesh.view(), built.tree.view(), built.grid.grid.view(), built.patches.view()},
-       eye.vertices,
-       eye.vertex_normals,
-       eye.triangles,
-       {notes.data(), notes.size()}},
-      key);
+  return write_baked({{mesh.view(), built.tree.view(), built.grid.view(), built.patches.view()},
+                      eye.vertices,
+                      eye.vertex_normals,
+                      eye.triangles,
+                      {notes.data(), notes.size()}},
+                     key);
 }
 
 BakedShape shape_in_memory(std::vector<std::byte> bytes, uint64_t key, const std::string& file) {
