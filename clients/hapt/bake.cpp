@@ -15,9 +15,9 @@
 #include "contact/bake/session.h"
 #include "contact/bake/volume.h"
 #include "proto/config/command_line.h"
-#include "proto/config/config_shape.h"
-#include "proto/config/config_tool.h"
 #include "proto/config/quantity.h"
+#include "proto/config/read/config_shape.h"
+#include "proto/config/read/config_tool.h"
 #include "proto/os/message.h"
 #include "proto/os/progress.h"
 

@@ -16,8 +16,8 @@
 #include "contact/shape/baked/file.h"
 #include "contact/shape/mesh/mesh_topology.h"
 #include "contact/shape/mesh/primitives.h"
-#include "proto/config/config_shape.h"
 #include "proto/config/quantity.h"
+#include "proto/config/read/config_shape.h"
 #include "proto/os/message.h"
 
 namespace haptic {

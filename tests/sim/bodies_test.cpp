@@ -8,7 +8,7 @@
 #include <random>
 
 #include "contact/shape/mesh/machine_parts.h"
-#include "proto/config/scene/out_of_reach.h"
+#include "proto/config/out_of_reach.h"
 #include "proto/wire/scene_pose.h"
 #include "tests/sim/body_scene.h"
 #include "tests/support/near.h"

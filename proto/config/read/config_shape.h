@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "proto/config/config_section.h"
+#include "proto/config/read/config_section.h"
 #include "proto/config/scene_config.h"
 
 namespace haptic {

@@ -3,7 +3,7 @@
 #include <initializer_list>
 #include <string>
 
-#include "proto/config/config_shape.h"
+#include "proto/config/read/config_shape.h"
 
 namespace haptic {
 namespace {

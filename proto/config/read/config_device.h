@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "proto/config/config_section.h"
 #include "proto/config/device_config.h"
+#include "proto/config/read/config_section.h"
 
 namespace haptic {
 

@@ -4,15 +4,15 @@
 #include <filesystem>
 #include <string>
 
-#include "proto/config/config_device.h"
-#include "proto/config/config_section.h"
-#include "proto/config/config_shape.h"
-#include "proto/config/config_tool.h"
 #include "proto/config/devices.h"
+#include "proto/config/read/config_body.h"
+#include "proto/config/read/config_device.h"
+#include "proto/config/read/config_joint.h"
+#include "proto/config/read/config_material.h"
+#include "proto/config/read/config_section.h"
+#include "proto/config/read/config_shape.h"
+#include "proto/config/read/config_tool.h"
 #include "proto/config/renderer_needs.h"
-#include "proto/config/scene/config_body.h"
-#include "proto/config/scene/config_joint.h"
-#include "proto/config/scene/config_material.h"
 #include "proto/os/message.h"
 #include "proto/os/regular_file.h"
 #include "proto/os/source_tree.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/config/config_device.h"
+#include "proto/config/read/config_device.h"
 
 #include <array>
 #include <numbers>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <filesystem>
 
-#include "proto/config/config_device.h"
 #include "proto/config/devices.h"
+#include "proto/config/read/config_device.h"
 
 namespace haptic {
 

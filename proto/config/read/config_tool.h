@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "proto/config/config_section.h"
+#include "proto/config/read/config_section.h"
 #include "proto/config/session_config.h"
 
 namespace haptic {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "proto/config/config_section.h"
+#include "proto/config/read/config_section.h"
 #include "proto/config/session_config.h"
 
 namespace haptic {

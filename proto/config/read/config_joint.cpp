@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/config/scene/config_joint.h"
+#include "proto/config/read/config_joint.h"
 
 #include <string>
 #include <vector>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/config/config_tool.h"
+#include "proto/config/read/config_tool.h"
 
-#include "proto/config/config_shape.h"
-#include "proto/config/scene/config_body.h"
+#include "proto/config/read/config_body.h"
+#include "proto/config/read/config_shape.h"
 #include "proto/os/message.h"
 
 namespace haptic {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/config/config_section.h"
+#include "proto/config/read/config_section.h"
 
 #include <toml++/toml.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/config/scene/out_of_reach.h"
+#include "proto/config/out_of_reach.h"
 
 #include <algorithm>
 

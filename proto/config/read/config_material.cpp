@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/config/scene/config_material.h"
+#include "proto/config/read/config_material.h"
 
-#include "proto/config/height_image.h"
+#include "proto/config/read/height_image.h"
 
 namespace haptic {
 namespace {

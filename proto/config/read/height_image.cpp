@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/config/height_image.h"
+#include "proto/config/read/height_image.h"
 
 #include <sstream>
 #include <stdexcept>
