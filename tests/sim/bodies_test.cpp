@@ -7,7 +7,7 @@
 #include <cstring>
 #include <random>
 
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/config/out_of_reach.h"
 #include "proto/wire/scene_pose.h"
 #include "tests/sim/body_scene.h"

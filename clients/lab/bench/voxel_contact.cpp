@@ -14,7 +14,7 @@
 #include "contact/bake/volume.h"
 #include "contact/detect/body/body_detectors.h"
 #include "contact/query/proximity/triangle_pairs.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/motion_metric.h"
 #include "proto/math/units.h"
 #include "proto/os/environment.h"

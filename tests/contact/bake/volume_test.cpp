@@ -7,8 +7,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/mass_properties.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/hostile_text.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"

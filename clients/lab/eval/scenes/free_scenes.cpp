@@ -7,7 +7,7 @@
 #include "clients/lab/support/scripted_hand.h"
 #include "contact/bake/convex/piece_tree.h"
 #include "contact/bake/volume.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 
 namespace haptic {

@@ -10,7 +10,7 @@
 
 #include "clients/lab/eval/oracle/exact_cgal.h"
 #include "clients/lab/support/shaking_hand.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/motion_metric.h"
 #include "proto/math/units.h"
 #include "sim/scene.h"

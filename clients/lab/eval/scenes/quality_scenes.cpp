@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 
 namespace haptic {

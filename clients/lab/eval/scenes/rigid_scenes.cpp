@@ -6,7 +6,7 @@
 
 #include "clients/lab/eval/scenes/scan_work.h"
 #include "contact/query/proximity/triangle_pairs.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 #include "proto/os/environment.h"
 #include "proto/os/source_tree.h"

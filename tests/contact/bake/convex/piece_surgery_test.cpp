@@ -9,8 +9,8 @@
 
 #include "contact/bake/convex/half_spaces.h"
 #include "contact/bake/convex/quadric.h"
-#include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/mesh_topology.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/cgal_pairs.h"
 #include "tests/support/convex/meshes.h"
 #include "tests/support/convex/split_tree.h"

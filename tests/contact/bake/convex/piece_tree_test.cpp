@@ -7,8 +7,8 @@
 #include <cstring>
 
 #include "contact/bake/piece_files.h"
-#include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/mesh_topology.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/cgal_pairs.h"
 #include "tests/support/convex/meshes.h"
 #include "tests/support/meshes.h"

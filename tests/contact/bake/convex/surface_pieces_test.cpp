@@ -10,8 +10,8 @@
 #include <set>
 
 #include "contact/bake/convex/hull_of_points.h"
-#include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/mesh_topology.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/convex/meshes.h"
 #include "tests/support/convex/split_tree.h"
 #include "tests/support/meshes.h"

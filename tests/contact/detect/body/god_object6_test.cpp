@@ -9,8 +9,8 @@
 #include <set>
 
 #include "contact/query/proximity/mesh_distance.h"
-#include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/tool_body.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"

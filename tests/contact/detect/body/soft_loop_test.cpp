@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 #include "tests/support/cgal_pairs.h"
 #include "tests/support/near.h"

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "contact/query/box/rigid_motion.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/meshes.h"
 
 using namespace haptic;

@@ -8,7 +8,7 @@
 #include "contact/query/box/box_distance.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/query/proximity/near_front.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/convex/meshes.h"
 #include "tests/support/meshes.h"
 

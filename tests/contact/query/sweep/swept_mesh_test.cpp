@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "contact/query/triangle/closest_on_triangle.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/meshes.h"
 #include "tests/support/torture_scale.h"
 

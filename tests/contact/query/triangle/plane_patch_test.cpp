@@ -8,7 +8,7 @@
 #include "contact/detect/body/contact_reach.h"
 #include "contact/query/point/closest_point.h"
 #include "contact/query/triangle/plane_extent.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "contact/shape/mesh/primitives.h"
-#include "contact/shape/mesh/vessel.h"
+#include "contact/shape/parts/vessel.h"
 #include "proto/math/assert.h"
 
 namespace haptic {

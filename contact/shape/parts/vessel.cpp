@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/shape/mesh/vessel.h"
+#include "contact/shape/parts/vessel.h"
 
 #include <algorithm>
 #include <numbers>

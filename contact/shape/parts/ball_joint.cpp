@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "contact/shape/mesh/primitives.h"
-#include "contact/shape/mesh/vessel.h"
+#include "contact/shape/parts/vessel.h"
 #include "proto/math/assert.h"
 #include "proto/math/units.h"
 

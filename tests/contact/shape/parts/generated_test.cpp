@@ -5,10 +5,10 @@
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/query/proximity/triangle_pairs.h"
 #include "contact/shape/baked/mesh_shape.h"
-#include "contact/shape/mesh/dimpled_ball.h"
 #include "contact/shape/mesh/primitives.h"
+#include "contact/shape/parts/dimpled_ball.h"
 #include "proto/math/units.h"
-#include "tests/contact/shape/mesh/solid.h"
+#include "tests/contact/shape/parts/solid.h"
 #include "tests/support/meshes.h"
 
 using namespace haptic;

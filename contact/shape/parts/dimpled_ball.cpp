@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/shape/mesh/dimpled_ball.h"
+#include "contact/shape/parts/dimpled_ball.h"
 
 #include <algorithm>
 #include <cmath>

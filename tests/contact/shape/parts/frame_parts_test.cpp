@@ -5,7 +5,7 @@
 #include "contact/query/proximity/triangle_pairs.h"
 #include "contact/shape/baked/mesh_shape.h"
 #include "contact/shape/mesh/primitives.h"
-#include "tests/contact/shape/mesh/solid.h"
+#include "tests/contact/shape/parts/solid.h"
 
 using namespace haptic;
 using namespace haptic::test;

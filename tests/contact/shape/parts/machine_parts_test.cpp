@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 
 #include <numbers>
 
 #include "contact/query/point/closest_point.h"
 #include "contact/query/proximity/triangle_pairs.h"
 #include "proto/math/units.h"
-#include "tests/contact/shape/mesh/solid.h"
+#include "tests/contact/shape/parts/solid.h"
 #include "tests/support/meshes.h"
 
 using namespace haptic;
