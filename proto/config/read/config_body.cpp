@@ -9,8 +9,8 @@ using enum Dimension;
 
 namespace {
 
-constexpr Range kBodyMasses{1e-3, 100};   // [kg]; lighter is less than a tick of any coupling moves
-constexpr Range kBodyDensities{1, 25e3};  // [kg/m³]
+constexpr Range kBodyMasses{1e-3, 100};  // [kg]; lighter is less than a tick of any coupling moves
+constexpr Range kDensities{1, 25e3};     // [kg/m³]
 constexpr Range kRestitutions{0, 1};
 constexpr Range kSimRates{50, 1e3};       // [Hz]; kMaxExtrapolation is 20 ms
 constexpr double kBodyRate = 1000;        // of bodies with mass, that of the hand [Hz]
@@ -19,7 +19,14 @@ constexpr Range kReaches{0.01, 100};      // [m]
 
 }  // namespace
 
-void check_inertia(const Section& section, const Vec3& inertia) {
+void read_mass(Section& section, const Range& masses, const MassKeys& keys) {
+  const auto& [density, mass, inertia] = keys;
+  const bool any_mass = section.read_quantity("mass", kMass, masses, mass);
+  const bool any_inertia = section.read_quantities("inertia", kInertia, kPositive, inertia);
+  section.read_quantity("density", kDensity, kDensities, density);
+  if (density > 0 && (any_mass || any_inertia)) {
+    section.fail_at("density", "says what 'mass' and 'inertia' say; leave one of them out");
+  }
   const double sum = inertia.x + inertia.y + inertia.z;
   for (int k = 0; k < 3; ++k) {
     if (2 * inertia[k] <= sum * (1 + 1e-9)) continue;
@@ -32,16 +39,10 @@ void check_inertia(const Section& section, const Vec3& inertia) {
 void read_body(Section& object, const ObjectConfig& about, BodyConfig& body) {
   auto section = object.section("body");
   if (!section) return;
-  const bool any_mass = section->read_quantity("mass", kMass, kBodyMasses, body.mass);
-  const bool any_inertia = section->read_quantities("inertia", kInertia, kPositive, body.inertia);
-  section->read_quantity("density", kDensity, kBodyDensities, body.density);
+  read_mass(*section, kBodyMasses, {body.density, body.mass, body.inertia});
   section->read_number("restitution", kRestitutions, body.restitution);
-  if (body.density > 0 && (any_mass || any_inertia)) {
-    section->fail_at("density", "says what 'mass' and 'inertia' say; leave one of them out");
-  }
   if (!has_mass(body))
     section->fail_missing("density", "density = \"1 g/cm³\", or mass = \"50 g\"");
-  if (any_inertia) check_inertia(*section, body.inertia);
   if (!row_of(about.motion.kind).is_still) {
     object.fail_at("motion", "moves an object that has a [object.body]; leave one of them out");
   }

@@ -12,8 +12,16 @@ void read_body(Section& object, const ObjectConfig& about, BodyConfig& body);
 /// Reads [sim], which depends on whether any object has mass. Throws ConfigError.
 void read_sim(Section& root, SessionConfig& config);
 
-/// Triangle inequality: no moment exceeds the sum of the two others (equal for a thin plate).
-/// Throws ConfigError at `inertia`.
-void check_inertia(const Section& section, const Vec3& inertia);
+/// What a body weighs, and about which axes.
+struct MassKeys {
+  double& density;
+  double& mass;
+  Vec3& inertia;
+};
+
+/// Reads `density`, or `mass` in this range [kg] and `inertia`. Throws ConfigError, also where the
+/// moments break the triangle inequality: none exceeds the sum of the two others (equal for a thin
+/// plate).
+void read_mass(Section& section, const Range& masses, const MassKeys& keys);
 
 }  // namespace haptic

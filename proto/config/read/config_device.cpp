@@ -131,12 +131,8 @@ void read_replay(Section& device, const fs::path& config_folder, DeviceConfig& c
   if (!section) return;
   ReplayConfig& replay = config.replay;
   section->require("path", "path = \"hand.csv\"");
-  std::string path;
-  section->read_text("path", path);
   // not checked for existence here: `hapt replay` may name another file
-  const fs::path file = fs::absolute(config_folder / path).lexically_normal();
-  if (file.string().size() >= replay.path.size()) section->fail_at("path", "is too long");
-  assign(replay.path, file.string());
+  section->read_path("path", config_folder, replay.path);
   section->read_choice("resampling", words(kResamplings), replay.resampling);
   section->read_quantity("max_gap", kTime, kPositive, replay.max_gap);
   section->read_number("speed", kReplaySpeeds, replay.speed);

@@ -171,6 +171,15 @@ bool Section::read_text(std::string_view key, std::string& out) {
   return true;
 }
 
+bool Section::read_path(std::string_view key, const std::filesystem::path& folder, Path& out) {
+  std::string name;
+  if (!read_text(key, name)) return false;
+  const std::string path = std::filesystem::absolute(folder / name).lexically_normal().string();
+  if (path.size() >= out.size()) fail_at(key, "is too long");
+  assign(out, path);
+  return true;
+}
+
 bool Section::read_quantities(std::string_view key, Dimension dimension, const Range& range,
                               Vec3& out) {
   const toml::node* node = take(key);

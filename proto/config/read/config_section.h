@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <initializer_list>
 #include <limits>
 #include <memory>
@@ -107,6 +108,8 @@ class Section {
     assign(out, text);
     return true;
   }
+  /// A file, by its path from this folder; it need not be there.
+  bool read_path(std::string_view key, const std::filesystem::path& folder, Path& out);
   /// One of the given words; `mend` ends the message about another one.
   template <typename Enum>
   bool read_choice(std::string_view key, std::span<const std::pair<std::string_view, Enum>> words,

@@ -23,7 +23,6 @@ constexpr Words<Integrator, 3> kIntegrators{{{"explicit", Integrator::kExplicit}
 constexpr Words<Braking, 2> kBrakings{
     {{"velocity", Braking::kAlongVelocity}, {"normal", Braking::kAlongNormal}}};
 constexpr Range kToolMasses{1e-4, 10};   // [kg]; range in which the implicit integrators are tested
-constexpr Range kDensities{1, 25e3};     // [kg/m³]
 constexpr Range kRigidGains{0.05, 2};    // k_s
 constexpr Range kMargins{1e-7, 1e-3};    // [m]
 constexpr int64_t kMaxMoves = 64;        // per step of contact
@@ -41,13 +40,7 @@ void read_tool(Section& root, const std::filesystem::path& config_folder, ToolCo
   if (!section) return;
   read_shape(*section, config_folder, tool);
   read_colour(*section, tool);
-  const bool any_mass = section->read_quantity("mass", kMass, kToolMasses, tool.mass);
-  const bool any_inertia = section->read_quantities("inertia", kInertia, kPositive, tool.inertia);
-  section->read_quantity("density", kDensity, kDensities, tool.density);
-  if (tool.density > 0 && (any_mass || any_inertia)) {
-    section->fail_at("density", "says what 'mass' and 'inertia' say; leave one of them out");
-  }
-  if (any_inertia) check_inertia(*section, tool.inertia);
+  read_mass(*section, kToolMasses, {tool.density, tool.mass, tool.inertia});
   section->finish();
 }
 
