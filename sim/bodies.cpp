@@ -47,8 +47,8 @@ bool is_cube_like(const Vec3& d) {
 }
 
 CollisionShape shape_of(const ObjectConfig& object, const TriangleMesh& mesh) {
-  if (view(object.mesh) == "primitive:box") return CollisionShape::kBox;
-  if (view(object.mesh) == "primitive:sphere" && is_cube_like(mesh.upper - mesh.lower)) {
+  if (is_any_of<primitive::Box>(object.primitive)) return CollisionShape::kBox;
+  if (is_any_of<primitive::Sphere>(object.primitive) && is_cube_like(mesh.upper - mesh.lower)) {
     return CollisionShape::kBall;
   }
   return has_mass(object.body) ? CollisionShape::kPieces : CollisionShape::kTriangles;

@@ -16,9 +16,9 @@
 #include "contact/bake/session.h"
 #include "contact/bake/volume.h"
 #include "proto/config/command_line.h"
-#include "proto/config/config_shape.h"
-#include "proto/config/config_tool.h"
 #include "proto/config/quantity.h"
+#include "proto/config/read/config_shape.h"
+#include "proto/config/read/config_tool.h"
 #include "proto/os/message.h"
 #include "proto/os/progress.h"
 
@@ -181,9 +181,6 @@ void run_bake(const BakeOptions& options) {
   }
   if (voxel) run_voxel(shape, *voxel, show);
   if (options.pieces || options.explain || !options.ply.empty()) run_pieces(shape, options, show);
-  if (options.explain) {
-    for (const std::string& line : report.grid) std::cout << "  " << one_line(line) << '\n';
-  }
   // with a real unit and a size the size is checked, not wanted
   const bool is_scaled = object.unit == 0 && object.size > 0;
   std::cout << "for a session file:\n\n"
@@ -222,9 +219,7 @@ void add_bake_command(Command& app) {
       .needs("--voxel");
   command.flag("--pieces", options->pieces,
                "also bake what the renderers localized and sensation need");
-  command.flag("--explain", options->explain,
-               "the convex pieces and their levels of detail, and how the size of the grid's cells "
-               "was chosen");
+  command.flag("--explain", options->explain, "the convex pieces and their levels of detail");
   command.option("--ply FILE", options->ply, "write the convex pieces, one colour each");
   command.option("--level N", options->level, "of detail in that file; 0: the surface itself")
       .needs("--ply");

@@ -7,8 +7,8 @@
 
 #include "clients/hapt/mesh_strokes.h"
 #include "contact/bake/bake.h"
-#include "proto/config/config_shape.h"
 #include "proto/config/quantity.h"
+#include "proto/config/read/config_shape.h"
 
 namespace haptic {
 namespace {

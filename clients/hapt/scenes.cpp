@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "clients/hapt/session_process.h"
-#include "proto/config/config_shape.h"
+#include "proto/config/read/config_shape.h"
 #include "proto/os/realtime.h"
 #include "proto/os/session_file.h"
 #include "proto/os/source_tree.h"

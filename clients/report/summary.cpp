@@ -9,7 +9,7 @@
 #include "clients/report/rigid_pose.h"
 #include "contact/bake/inside.h"
 #include "contact/query/point/closest_point.h"
-#include "proto/config/scene/out_of_reach.h"
+#include "proto/config/out_of_reach.h"
 #include "proto/log/trace.h"
 #include "proto/math/motion_metric.h"
 #include "proto/os/progress.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "clients/view/view.h"
-#include "proto/config/scene/out_of_reach.h"
+#include "proto/config/out_of_reach.h"
 
 /// The text messages to a page (docs/view-protocol.md).
 namespace haptic {

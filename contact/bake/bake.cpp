@@ -14,10 +14,10 @@
 #include "contact/bake/soup/read.h"
 #include "contact/bake/soup/repair.h"
 #include "contact/shape/baked/file.h"
-#include "contact/shape/mesh/generated.h"
 #include "contact/shape/mesh/mesh_topology.h"
-#include "proto/config/config_shape.h"
+#include "contact/shape/mesh/primitives.h"
 #include "proto/config/quantity.h"
+#include "proto/config/read/config_shape.h"
 #include "proto/os/message.h"
 
 namespace haptic {
@@ -28,8 +28,6 @@ constexpr double kSizeTolerance = 0.01;  // relative, between the stated and the
 // [m]; smaller coordinates become 0, so that the fourth powers of lengths in normals do not
 // underflow
 constexpr double kSmallestCoordinate = 1e-40;
-constexpr char kGridMark = '\t';  // begins the lines of the stored report that explain the grid
-constexpr std::string_view kPrimitive = "primitive:";
 constexpr size_t kCachedTriangles = 5000;  // a generated mesh of fewer is made faster than mapped
 
 std::string millimetres(double metres) {
@@ -124,7 +122,6 @@ std::string write_report(const BakeReport& r) {
        << r.non_manifold_split << " " << r.self_intersections << " " << r.reoriented << " "
        << r.size << "\n";
   for (const std::string& line : r.lines) text << line << "\n";
-  for (const std::string& line : r.grid) text << kGridMark << line << "\n";
   return text.str();
 }
 
@@ -137,10 +134,7 @@ BakeReport read_report(std::span<const char> notes, const std::string& file) {
       r.reoriented >> r.size;
   std::string line;
   std::getline(text, line);
-  while (std::getline(text, line)) {
-    const bool of_grid = line.starts_with(kGridMark);
-    (of_grid ? r.grid : r.lines).push_back(line.substr(of_grid ? 1 : 0));
-  }
+  while (std::getline(text, line)) r.lines.push_back(line);
   return r;
 }
 
@@ -177,17 +171,15 @@ std::vector<std::byte> bake_bytes(
   const MeshData mesh = build_mesh(std::move(clean.vertices), std::move(clean.triangles));
   const SearchStructures built = build_search_structures(mesh.view());
   tell(kDone.searchable);
-  report.grid = built.grid.lines;
   const MeshData eye = build_eye_mesh(mesh.view(), kEyeTriangles);
   tell(1);
   const std::string notes = write_report(report);
-  return write_baked(
-      {{mesh.view(), built.tree.view(), built.grid.grid.view(), built.patches.view()},
-       eye.vertices,
-       eye.vertex_normals,
-       eye.triangles,
-       {notes.data(), notes.size()}},
-      key);
+  return write_baked({{mesh.view(), built.tree.view(), built.grid.view(), built.patches.view()},
+                      eye.vertices,
+                      eye.vertex_normals,
+                      eye.triangles,
+                      {notes.data(), notes.size()}},
+                     key);
 }
 
 BakedShape shape_in_memory(std::vector<std::byte> bytes, uint64_t key, const std::string& file) {
@@ -254,13 +246,9 @@ PolygonSoup polygons_of(const std::vector<Vec3>& vertices, const std::vector<Tri
   return soup;
 }
 
-BakedShape bake_primitive(const ShapeConfig& object, std::string_view kind,
-                          const BakeProgress& progress) {
-  const Soup soup = generate_mesh(kind, object);
-  const std::string name = std::string(kPrimitive) + std::string(kind);
-  if (soup.triangles.empty()) {
-    throw MeshError(name + ": unknown primitive; use one of " + generated_names());
-  }
+BakedShape bake_primitive(const ShapeConfig& object, const BakeProgress& progress) {
+  const Soup soup = make_mesh(object.primitive);
+  const std::string name = mesh_name(object);
   // made in metres: there is no file to disagree with
   ShapeConfig metres = object;
   metres.unit = metres.size = 0;
@@ -271,7 +259,7 @@ BakedShape bake_primitive(const ShapeConfig& object, std::string_view kind,
                               hash_bytes(std::as_bytes(std::span(soup.triangles)))};
   const uint64_t key = content_key(std::as_bytes(std::span(corners)), name, metres);
   return bake_cached(name, key, [&] {
-    const auto tell = teller(std::string(kind), progress);
+    const auto tell = teller(std::string(kind_name(object.primitive)), progress);
     tell(0);
     return bake_bytes(polygons_of(soup.vertices, soup.triangles), metres, name, key, tell);
   });
@@ -288,22 +276,19 @@ BakedShape bake_contents(std::string_view bytes, const ShapeConfig& object, uint
 BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
                      const ShapeConfig& object) {
   PolygonSoup soup = polygons_of(vertices, triangles);
-  const std::string name = view(object.mesh).empty()
-                               ? std::string("mesh '") + std::string(view(object.name)) + "'"
-                               : std::string(view(object.mesh));
+  const std::string name =
+      has_mesh(object) ? mesh_name(object) : "mesh '" + std::string(view(object.name)) + "'";
   return shape_in_memory(bake_bytes(std::move(soup), object, name, 0), 0, name);
 }
 
 BakedShape bake_object(const ShapeConfig& object, uint64_t memory_limit,
                        const BakeProgress& progress) {
-  const std::string path(view(object.mesh));
+  const std::string name = mesh_name(object);
   try {
-    if (path.starts_with(kPrimitive)) {
-      return bake_primitive(object, path.substr(kPrimitive.size()), progress);
-    }
-    return bake_file(object, path, memory_limit, progress);
+    if (object.primitive.index() > 0) return bake_primitive(object, progress);
+    return bake_file(object, name, memory_limit, progress);
   } catch (const std::bad_alloc&) {
-    throw MeshError(path +
+    throw MeshError(name +
                     ": there is not enough memory to prepare it; use a coarser mesh, or set "
                     "mesh_memory_limit to what this machine can spare");
   }

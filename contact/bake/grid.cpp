@@ -1,40 +1,43 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/bake/grid.h"
 
+#include <algorithm>
+#include <array>
 #include <future>
-#include <sstream>
+
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
 
-std::string describe(const GridChoice& choice) {
-  std::ostringstream text;
-  text.precision(3);
-  text << "cell " << 1e3 * choice.cell << " mm: " << choice.triangles
-       << " triangles in a cell, expected " << 1e9 * choice.cost << " ns, "
-       << choice.bytes_per_triangle << " bytes a triangle";
-  return text.str();
+constexpr double kMostGridBytes = 54;  // per triangle, of 120; the rest is for the trees
+constexpr size_t kSample = 4096;       // triangles
+constexpr double kTickLength = 1e-3;   // of a fast hand in one tick of 1 kHz [m]
+// as `hapt bench segment` measured them on one core of a server [s]: a step to a cell that is found
+// in the hash table, and the test of eight boxes. They favour one cell for a few large triangles;
+// of fine meshes the finest cells that memory allows, whatever another machine takes
+constexpr double kLookupTime = 15e-9, kBatchTime = 17e-9;
+// of the mean edge length
+constexpr std::array kCellEdges{1.0, 1.25, 1.5, 1.75, 2.0,  2.25, 2.5,
+                                3.0, 4.0,  6.0, 8.0,  12.0, 16.0};
+
+double mean_area(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    sum +=
+        0.5 * norm(cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]));
+  }
+  return mesh.triangles.empty() ? 0 : sum / static_cast<double>(mesh.triangles.size());
 }
 
-std::vector<std::string> explain(const TriangleMesh& mesh, const std::vector<GridChoice>& choices,
-                                 const GridChoice& chosen) {
-  constexpr QueryCosts kCosts = kQueryCosts;
-  std::ostringstream taken, interval;
-  taken.precision(3);
-  taken << "taken as costs: cell to cell with lookup C_l " << 1e9 * kCosts.lookup
-        << " ns, thin box C_obb " << 1e9 * kCosts.batch / kBatch
-        << " ns (eight at a time), triangle C_tri " << 1e9 * kCosts.triangle << " ns";
-  const auto valid = valid_interval(kCosts, static_cast<double>(mesh.triangles.size()));
-  interval.precision(3);
-  interval << "a grid with trees is best for " << valid.lower << " < M < " << valid.upper
-           << " triangles in a cell; M = " << chosen.triangles
-           << (chosen.triangles > valid.lower && chosen.triangles < valid.upper ? " is inside"
-                                                                                : " is outside");
-  std::vector<std::string> lines{taken.str(), interval.str()};
-  for (const GridChoice& choice : choices) {
-    lines.push_back((choice.cell == chosen.cell ? "* " : "  ") + describe(choice));
+/// Mean number of cells that a triangle reaches into, over a sample.
+double mean_reach(const TriangleMesh& mesh, double cell) {
+  const size_t stride = std::max<size_t>(1, mesh.triangles.size() / kSample);
+  size_t cells = 0, n = 0;
+  for (size_t t = 0; t < mesh.triangles.size(); t += stride, ++n) {
+    cells += cells_of_triangle(mesh, static_cast<uint32_t>(t), cell);
   }
-  return lines;
+  return static_cast<double>(cells) / static_cast<double>(n);
 }
 
 }  // namespace
@@ -45,12 +48,31 @@ void run_on_two_threads(const std::function<void()>& first, const std::function<
   other.get();
 }
 
-ExplainedGrid bake_grid(const TriangleMesh& mesh, const ObbTree& tree) {
-  const std::vector<GridChoice> choices = weigh_cells(mesh, kQueryCosts);
-  const GridChoice chosen = choose_cell(choices);
-  if (chosen.cell == 0) return {{}, {"no grid: the mesh has no area"}};
-  return {build_hash_grid(mesh, tree, chosen.cell, run_on_two_threads),
-          explain(mesh, choices, chosen)};
+std::vector<CellSize> weigh_cells(const TriangleMesh& mesh) {
+  std::vector<CellSize> sizes;
+  const double edge = mean_edge_length(mesh), area = mean_area(mesh);
+  if (!(area > 0)) return sizes;
+  for (const double edges : kCellEdges) {
+    const double cell = edges * edge, cells_per_triangle = 1.5 * area / (cell * cell);
+    const double triangles = std::clamp(mean_reach(mesh, cell) / cells_per_triangle, 1.0,
+                                        static_cast<double>(mesh.triangles.size()));
+    // half a batch is empty on average, and a third of the slots is used
+    const double batches = triangles / kBatch + 0.5;
+    sizes.push_back(
+        {cell, (1 + 1.5 * kTickLength / cell) * (kLookupTime + batches * kBatchTime),
+         cells_per_triangle * (3 * sizeof(GridSlot) + batches * sizeof(TriangleBatch))});
+  }
+  return sizes;
+}
+
+double choose_cell(const TriangleMesh& mesh) {
+  const std::vector<CellSize> sizes = weigh_cells(mesh);
+  if (sizes.empty()) return 0;
+  CellSize best = sizes.back();
+  for (const CellSize& size : sizes) {
+    if (size.bytes <= kMostGridBytes && size.cost < best.cost) best = size;
+  }
+  return best.cell;
 }
 
 SearchStructures build_search_structures(const TriangleMesh& mesh) {
@@ -58,7 +80,8 @@ SearchStructures build_search_structures(const TriangleMesh& mesh) {
   run_on_two_threads([&] { built.patches = build_patch_tree(mesh); },
                      [&] {
                        built.tree = build_obb_tree(mesh, run_on_two_threads);
-                       built.grid = bake_grid(mesh, built.tree.view());
+                       built.grid = build_hash_grid(mesh, built.tree.view(), choose_cell(mesh),
+                                                    run_on_two_threads);
                      });
   return built;
 }

@@ -7,7 +7,7 @@ namespace haptic {
 namespace {
 
 BakedShape bake_told(const ShapeConfig& shape, uint64_t memory_limit, const BakeTold& told) {
-  told.begin(std::string(view(shape.mesh)));
+  told.begin(mesh_name(shape));
   BakedShape baked = bake_object(shape, memory_limit, told.progress);
   for (const std::string& line : baked.report.lines) told.finding(line);
   return baked;
@@ -62,7 +62,7 @@ BakedSession bake_session(const SessionConfig& config, const BakeTold& told) {
     session.objects.push_back(bake_told(config.objects[i], config.mesh_memory_limit, told));
   }
   session.collision_pieces = bake_collision_pieces(config, session.objects, told);
-  if (view(config.tool.mesh).empty()) return session;
+  if (!has_mesh(config.tool)) return session;
   session.tool = bake_told(config.tool, config.mesh_memory_limit, told);
   if (has_pieces(config)) {
     for (const BakedShape& object : session.objects) {

@@ -10,7 +10,7 @@ namespace haptic {
 std::string lack_of(const SessionConfig& config, Renderer renderer, SoftSolver solver,
                     const Springs& springs, const BakedFor& baked) {
   if (!is_of_body(renderer)) return "";
-  if (view(config.tool.mesh).empty()) {
+  if (!has_mesh(config.tool)) {
     return "moves a tool with six degrees of freedom, and this session has a point; add [tool] to "
            "its file";
   }

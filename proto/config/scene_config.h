@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 #include "proto/config/config_names.h"
+#include "proto/config/primitive.h"
 #include "proto/math/pose.h"
 
 namespace haptic {
@@ -72,39 +74,27 @@ struct MaterialConfig {
   TextureConfig texture;
 };
 
-/// Dimensions of a generated part; each kind uses some of them.
-struct PartConfig {
-  double diameter = 0;   // of a peg, a hole's peg, a thread's crest, a ball, a rest's pins [m]
-  double length = 0;     // of a peg, a hole, a bolt, a rail; from a ball to the end of its stem [m]
-  double clearance = 0;  // between the radii of a pair; of molars along z [m]
-  double block = 0;      // edge of the square block around a hole [m]
-  double module = 0;     // of a gear: pitch diameter over teeth [m]
-  double width = 0;      // of a gear along its axis; of a nut across its flats; of a lower molar's
-                         // crown; diameter of a socket; of a rail, of an opening [m]
-  double bore = 0;       // diameter [m]
-  double backlash = 0;   // of a gear, along the pitch circle [m]
-  double pitch = 0;      // of a thread [m]
-  double depth = 0;      // of a thread, of a dimple [m]
-  double height = 0;     // of a nut; of a socket below the ball's centre; of a rail's channel, of a
-                         // rest's posts, of an opening [m]
-  double stem = 0;       // diameter of a ball's stem [m]
-  double cover = 0;      // of a socket's cavity, from its pole [rad]
-  uint32_t teeth = 0;
-  uint32_t around = 0, along = 0;  // segments of its mesh around and along the axis
-};
-
 /// A body: a mesh file or a generated mesh.
 struct ShapeConfig {
   Name name{};
-  Path mesh{};              // absolute; or "primitive:box", "primitive:sphere", "primitive:peg" …
+  Primitive primitive;      // or
+  Path mesh{};              // absolute
   double unit = 0;          // metres per file unit; 0: any, scaled to `size`
-  double size = 0;          // longest side of the bounding box [m]
+  double size = 0;          // longest side of the file's bounding box [m]; 0: not stated
   uint32_t allow_open = 0;  // 1: an open mesh is accepted as a one-sided surface
-  uint32_t subdivisions = 0;  // of a primitive sphere (20·4ⁿ triangles)
-  Vec3 extent;                // of a primitive's bounding box [m]
-  PartConfig part;
-  uint32_t colour = 0;  // on a screen, 0xrrggbb
+  uint32_t colour = 0;      // on a screen, 0xrrggbb
 };
+
+/// Whether there is a body; a tool without one is a point.
+inline bool has_mesh(const ShapeConfig& shape) {
+  return shape.primitive.index() > 0 || shape.mesh[0] != 0;
+}
+
+/// What people read: the path of its file, or "primitive:box"; empty: there is none.
+inline std::string mesh_name(const ShapeConfig& shape) {
+  if (shape.primitive.index() == 0) return std::string(view(shape.mesh));
+  return "primitive:" + std::string(kind_name(shape.primitive));
+}
 
 /// An object that is moved by pushes, gravity and other objects.
 struct BodyConfig {
@@ -128,8 +118,7 @@ struct ObjectConfig : ShapeConfig {
 
 /// Whether others push it by its convex pieces: it has mass, and is no box or ball.
 inline bool collides_as_pieces(const ObjectConfig& object) {
-  return has_mass(object.body) && view(object.mesh) != "primitive:box" &&
-         view(object.mesh) != "primitive:sphere";
+  return has_mass(object.body) && !is_any_of<primitive::Box, primitive::Sphere>(object.primitive);
 }
 
 /// The tool of renderers with six degrees of freedom; no mesh: a point.

@@ -8,7 +8,7 @@
 
 #include "proto/config/config_names.h"
 #include "proto/config/device_config.h"
-#include "proto/config/scene/joint_config.h"
+#include "proto/config/joint_config.h"
 #include "proto/config/scene_config.h"
 #include "proto/wire/mapping.h"
 #include "proto/wire/proxy_solver.h"

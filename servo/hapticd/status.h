@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "proto/config/scene/out_of_reach.h"
+#include "proto/config/out_of_reach.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {

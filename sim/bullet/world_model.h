@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "contact/shape/mesh/triangle_mesh.h"
-#include "proto/config/scene/joint_config.h"
+#include "proto/config/joint_config.h"
 #include "proto/math/mat3.h"
 #include "proto/math/pose.h"
 

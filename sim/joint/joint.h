@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "proto/config/scene/joint_config.h"
+#include "proto/config/joint_config.h"
 #include "proto/math/pose.h"
 #include "proto/math/spatial.h"
 #include "sim/joint/curve.h"

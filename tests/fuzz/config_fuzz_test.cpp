@@ -176,15 +176,35 @@ std::string input(const std::vector<Lines>& files, const test::Damage& damage, F
   return kind == 1 ? damage.apply(text, random, kMostConfigText) : text;
 }
 
+/// Every number of a generated mesh.
+bool is_finite(const Primitive& made) {
+  return std::visit(
+      [](const auto& kind) {
+        double words[sizeof(kind) / sizeof(double) + 1] = {};
+        std::memcpy(words, &kind, sizeof kind);
+        return std::all_of(std::begin(words), std::end(words),
+                           [](double w) { return std::isfinite(w); });
+      },
+      made);
+}
+
 /// Every number of a session, text read as numbers too: valid UTF-8 is never NaN.
 bool is_finite(SessionConfig config) {
   // any integers, also such whose bits are no finite real
   config.device.hand.seed = 0;
   config.map.clutch_button = config.map.grasp_button = 0;
+  // of a generated mesh those of its kind; the bytes that it does not use hold no numbers
+  bool all = is_finite(config.tool.primitive);
+  std::memset(static_cast<void*>(&config.tool.primitive), 0, sizeof config.tool.primitive);
+  for (ObjectConfig& object : config.objects) {
+    all = all && is_finite(object.primitive);
+    std::memset(static_cast<void*>(&object.primitive), 0, sizeof object.primitive);
+  }
   // the images at its end have no numbers
   double words[(sizeof(SessionConfig) - sizeof(SessionConfig::images)) / sizeof(double)];
   std::memcpy(words, &config, sizeof words);
-  return std::all_of(std::begin(words), std::end(words), [](double w) { return std::isfinite(w); });
+  return all &&
+         std::all_of(std::begin(words), std::end(words), [](double w) { return std::isfinite(w); });
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ double height_at(uint64_t tick) {
 
 struct Session {
   SessionConfig config = parse_config(kSession, "outside.toml");
-  MeshShapeData plate = build_shape(make_box(config.objects[0].extent));
+  MeshShapeData plate = build_shape(make_mesh(config.objects[0].primitive));
   ContactModel contact_model = build_contact_model(config, std::array{plate.view()});
   ServoModel servo_model = build_servo_model(config, {100, 0});
   ContactState contact{contact_model};

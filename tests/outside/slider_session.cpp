@@ -95,7 +95,7 @@ struct Session {
   SessionConfig config = parse_config(kSession, "outside.toml");
   EmulatedSlider emulated;
   std::unique_ptr<Device> device = open_device(config.device, emulated.take_node());
-  MeshShapeData plate = build_shape(make_box(config.objects[0].extent));
+  MeshShapeData plate = build_shape(make_mesh(config.objects[0].primitive));
   ContactModel contact_model = build_contact_model(config, std::array{plate.view()});
   ServoModel servo_model = build_servo_model(config, {device->caps().max_force, 0});
   ContactState contact{contact_model};

@@ -7,8 +7,8 @@
 #include <cstring>
 #include <random>
 
-#include "contact/shape/mesh/machine_parts.h"
-#include "proto/config/scene/out_of_reach.h"
+#include "contact/shape/parts/machine_parts.h"
+#include "proto/config/out_of_reach.h"
 #include "proto/wire/scene_pose.h"
 #include "tests/sim/body_scene.h"
 #include "tests/support/near.h"
@@ -137,13 +137,12 @@ TEST_CASE("bodies: a stack stands whatever ticks are left out", "[sim][bodies]")
 }
 
 TEST_CASE("bodies: a peg dropped upright into its hole falls to the ground", "[sim][bodies]") {
-  PegAndHole pair;
+  primitive::Hole pair{{.grid = {24, 2}}};
   pair.clearance = 0.5e-3;
   BodyScene scene = scene_with_ground();
   const double half = 0.5 * pair.length;
-  scene.add(make_hole(pair, {24, 2}), {{0, 0, half}, {}}, 0).material.friction_dynamic = 0.3;
-  scene.add(make_peg(pair, {24, 2}), {{0, 0, 3 * half + 0.01}, {}}, 0.05)
-      .material.friction_dynamic = 0.3;
+  scene.add(make_hole(pair), {{0, 0, half}, {}}, 0).material.friction_dynamic = 0.3;
+  scene.add(make_peg(pair), {{0, 0, 3 * half + 0.01}, {}}, 0.05).material.friction_dynamic = 0.3;
   BodySim sim(scene);
   for (int k = 0; k < 700; ++k) sim.step();
   CHECK(sim.frame.X_WO[2].p.z == Approx(half).margin(0.1e-3));

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "contact/shape/baked/mesh_shape.h"
-#include "contact/shape/mesh/generated.h"
+#include "contact/shape/mesh/primitives.h"
 #include "proto/config/config.h"
 #include "sim/step.h"
 
@@ -25,9 +25,9 @@ struct BodyScene {
 
   /// A box of these edges [m]; mass 0: it stands still.
   ObjectConfig& add_box(const Vec3& extent, const Pose& X_WO, double mass) {
-    ObjectConfig& object = add(make_box(extent), X_WO, mass);
-    assign(object.mesh, "primitive:box");
-    object.extent = extent;
+    const primitive::Box box{extent};
+    ObjectConfig& object = add(make_box(box), X_WO, mass);
+    object.primitive = box;
     return object;
   }
   ObjectConfig& add(Soup soup, const Pose& X_WO, double mass) {

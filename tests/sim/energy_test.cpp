@@ -10,7 +10,7 @@
 #include <numbers>
 #include <optional>
 
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 #include "tests/sim/energy_judge.h"
 #include "tests/sim/joint_scene.h"

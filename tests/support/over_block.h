@@ -9,17 +9,16 @@
 
 namespace haptic::test {
 
-/// A tool of 2 cm and 50 g over a block of 10 cm whose top is at z = 0.
-inline SessionConfig over_block(Renderer renderer, std::string_view tool) {
+inline constexpr primitive::Box kCube{{0.02, 0.02, 0.02}};
+
+/// A tool of 50 g over a block of 10 cm whose top is at z = 0.
+inline SessionConfig over_block(Renderer renderer, const Primitive& tool) {
   SessionConfig config{};
   config.renderer = renderer;
   config.n_objects = 1;
-  assign(config.objects[0].mesh, "primitive:box");
-  config.objects[0].extent = {0.1, 0.1, 0.1};
+  config.objects[0].primitive = primitive::Box{{0.1, 0.1, 0.1}};
   config.objects[0].X_WO.p = {0, 0, -0.05};
-  assign(config.tool.mesh, tool);
-  config.tool.extent = {0.02, 0.02, 0.02};
-  config.tool.size = 0.02;
+  config.tool.primitive = tool;
   config.tool.mass = 0.05;
   return config;
 }

@@ -8,7 +8,6 @@
 #include <memory>
 
 #include "clients/lab/bench/peers/segment.h"
-#include "clients/lab/bench/reference/query_costs.h"
 #include "clients/lab/bench/reference/segment_searches.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/bench/workloads/workload.h"
@@ -40,7 +39,7 @@ struct BenchShape {
   MeshData mesh;
   SearchStructures built;
   MeshShape view() const {
-    return {mesh.view(), built.tree.view(), built.grid.grid.view(), built.patches.view()};
+    return {mesh.view(), built.tree.view(), built.grid.view(), built.patches.view()};
   }
 };
 
@@ -208,14 +207,15 @@ void bench_columns(Rows& rows, const MeshShape& shape, const Segments& segments,
   compare("all", [](size_t) { return true; });
 }
 
-/// Repeats the queries on grids of every cell size, to check where the cost model has its minimum.
+/// Repeats the queries on grids of every cell size, to check how near the chosen one is to the
+/// cheapest.
 void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
                  const Options& options) {
   const TriangleMesh mesh = bench.mesh.view();
-  const std::vector<GridChoice> choices = weigh_cells(mesh, measure_query_costs());
+  const std::vector<CellSize> sizes = weigh_cells(mesh);
   std::vector<HashGridData> grids;
-  for (const GridChoice& choice : choices) {
-    grids.push_back(build_hash_grid(mesh, bench.built.tree.view(), choice.cell));
+  for (const CellSize& size : sizes) {
+    grids.push_back(build_hash_grid(mesh, bench.built.tree.view(), size.cell));
   }
   std::vector<MeshShape> shapes(grids.size(), bench.view());
   std::vector<Contestant> contestants;
@@ -233,11 +233,11 @@ void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
   }
   const double least = *std::min_element(means.begin(), means.end());
   for (size_t k = 0; k < means.size(); ++k) {
-    const std::string cell = readable(choices[k].cell, "m");
+    const std::string cell = readable(sizes[k].cell, "m");
     rows.add("sweep, cell " + cell + ", mean", means[k], "s");
-    rows.add("sweep, cell " + cell + ", expected", choices[k].cost, "s");
-    if (means[k] == least) rows.add("sweep, cheapest cell", choices[k].cell, "m");
-    if (choices[k].cell != bench.built.grid.grid.cell) continue;
+    rows.add("sweep, cell " + cell + ", expected", sizes[k].cost, "s");
+    if (means[k] == least) rows.add("sweep, cheapest cell", sizes[k].cell, "m");
+    if (sizes[k].cell != bench.built.grid.cell) continue;
     rows.add("sweep, chosen : cheapest", means[k] / least);
   }
   rows.add("sweep, finest : cheapest", means.front() / least);

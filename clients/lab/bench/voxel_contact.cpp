@@ -14,7 +14,7 @@
 #include "contact/bake/volume.h"
 #include "contact/detect/body/body_detectors.h"
 #include "contact/query/proximity/triangle_pairs.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/motion_metric.h"
 #include "proto/math/units.h"
 #include "proto/os/environment.h"
@@ -56,18 +56,21 @@ VoxelConfig voxels_of(double size, double spacing) {
 /// Workload W3 of the collision queries: the rings of both threads are at the same heights, so that
 /// the triangles leave a gap of 20 to 50 µm throughout.
 Pair bolt_in_nut(bool is_free) {
-  BoltAndNut screw;
-  screw.nut_height = screw.bolt_length * 100 / 140;
-  const auto at = [screw](double t, double press, double most_turn, double tilt) -> Pose {
+  primitive::Bolt bolt;
+  bolt.grid.along = 140;
+  primitive::Nut nut;
+  nut.height = bolt.length * 100 / 140;
+  nut.grid.along = 100;
+  const auto at = [bolt](double t, double press, double most_turn, double tilt) -> Pose {
     const double turn = swing(most_turn, 0.5, t);
     const Quat lean = from_rotation_vector({swing(tilt, 1.1, t), swing(tilt, 0.7, t), 0});
     return {{press * std::sin(2 * kPi * 2.3 * t), press * std::cos(2 * kPi * 1.9 * t),
-             screw.pitch * turn / (2 * kPi) + swing(0.1 * press, 5, t)},
+             bolt.pitch * turn / (2 * kPi) + swing(0.1 * press, 5, t)},
             lean * from_rotation_vector({0, 0, turn})};
   };
   Pair pair{is_free ? "bolt free in nut" : "bolt in nut",
-            baked(make_bolt(screw, {96, 140})),
-            baked(make_nut(screw, {96, 100})),
+            baked(make_bolt(bolt)),
+            baked(make_nut(nut)),
             voxels_of(0.2e-3, 0.24e-3),
             {},
             {}};
@@ -81,16 +84,17 @@ Pair bolt_in_nut(bool is_free) {
 }
 
 Pair peg_in_hole() {
-  const PegAndHole pair;
-  const auto at = [pair](double t, double press) -> Pose {
+  primitive::Hole hole;
+  hole.grid.along = 64;
+  const auto at = [](double t, double press) -> Pose {
     const Quat tilt = from_rotation_vector({swing(2e-3, 1.1, t), swing(2e-3, 0.7, t), 0});
     return {{press * std::sin(2 * kPi * 2.3 * t), press * std::cos(2 * kPi * 1.9 * t),
              swing(5e-3, 0.5, t)},
             tilt * from_rotation_vector({0, 0, swing(0.5, 0.4, t)})};
   };
   return {"peg in hole",
-          baked(make_peg(pair, {96, 64})),
-          baked(make_hole(pair, {96, 64})),
+          baked(make_peg(hole)),
+          baked(make_hole(hole)),
           voxels_of(0.2e-3, 0.22e-3),
           [at](double t) { return at(t, 0.11e-3 + swing(0.11e-3, 0.8, t)); },
           [at](double t) { return at(t, 0.5e-3); }};

@@ -16,7 +16,7 @@
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "clients/report/median.h"
-#include "contact/shape/mesh/generated.h"
+#include "contact/shape/mesh/primitives.h"
 #include "proto/config/command_line.h"
 #include "proto/math/units.h"
 #include "proto/os/progress.h"
@@ -70,11 +70,11 @@ struct PushedWall {
     config.sim_rate = 1 / kTick;
     config.gravity_W = kGravity;
     for (const PeerBox& box : boxes) {
-      owned.push_back(build_shape(make_box(box.extent)));
+      const primitive::Box made{box.extent};
+      owned.push_back(build_shape(make_box(made)));
       shapes.push_back(owned.back().view());
       ObjectConfig& object = config.objects[config.n_objects++];
-      assign(object.mesh, "primitive:box");
-      object.extent = box.extent;
+      object.primitive = made;
       object.X_WO = box.X_WO;
       object.body.mass = box.mass;
       object.material.friction_dynamic = box.friction;

@@ -31,14 +31,11 @@ SessionConfig scene_of(bool turning) {
   assign(config.name, turning ? "a cube on a block" : "a point on a block");
   config.renderer = turning ? Renderer::kConstrained6 : Renderer::kGodObject3;
   config.n_objects = 1;
-  assign(config.objects[0].mesh, "primitive:box");
-  config.objects[0].extent = {kBlock, kBlock, kBlock};
+  config.objects[0].primitive = primitive::Box{{kBlock, kBlock, kBlock}};
   config.objects[0].X_WO.p = {0, 0, -0.5 * kBlock};
   if (!turning) return config;
   constexpr double kEdge = 2 * kHalfCube;
-  assign(config.tool.mesh, "primitive:box");
-  config.tool.extent = {kEdge, kEdge, kEdge};
-  config.tool.size = kEdge;
+  config.tool.primitive = primitive::Box{{kEdge, kEdge, kEdge}};
   config.tool.mass = kCubeMass;
   config.rigid.margin = 1e-6;
   return config;

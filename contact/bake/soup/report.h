@@ -29,7 +29,6 @@ struct BakeReport {
   double size = 0;  // longest side of the bounding box after scaling [m]
   bool from_cache = false;
   std::vector<std::string> lines;  // one finding each, for people
-  std::vector<std::string> grid;   // how the cell size of the grid was chosen
 };
 
 }  // namespace haptic

@@ -51,6 +51,15 @@ Soup subdivide(const Soup& coarse) {
   return fine;
 }
 
+Soup make_one(std::monostate) {
+  return {};
+}
+#define PRIMITIVE(Kind, name, make)            \
+  Soup make_one(const primitive::Kind& kind) { \
+    return make(kind);                         \
+  }
+#include "proto/config/primitives.def"
+
 /// Vertices of a geodesic sphere, shared between the faces of the icosahedron; identified by the
 /// corners they are interpolated from, with weights.
 class GeodesicVertices {
@@ -86,7 +95,12 @@ class GeodesicVertices {
 
 }  // namespace
 
-Soup make_box(const Vec3& extent) {
+Soup make_mesh(const Primitive& primitive) {
+  return std::visit([](const auto& kind) { return make_one(kind); }, primitive);
+}
+
+Soup make_box(const primitive::Box& box) {
+  const Vec3& extent = box.extent;
   Soup soup;
   for (uint32_t i = 0; i < 8; ++i) {
     soup.vertices.push_back({(i & 1 ? 0.5 : -0.5) * extent.x, (i & 2 ? 0.5 : -0.5) * extent.y,
@@ -95,6 +109,10 @@ Soup make_box(const Vec3& extent) {
   soup.triangles = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
                     {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
   return soup;
+}
+
+Soup make_sphere(const primitive::Sphere& sphere) {
+  return make_icosphere(0.5 * sphere.diameter, sphere.subdivisions);
 }
 
 Soup make_icosphere(double radius, uint32_t subdivisions) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "contact/shape/mesh/triangle_mesh.h"
+#include "proto/config/primitive.h"
 
 namespace haptic {
 
@@ -12,8 +13,12 @@ struct Soup {
   std::vector<Triangle> triangles;
 };
 
-/// Closed box centred at the origin, 12 triangles.
-Soup make_box(const Vec3& extent);
+// make_box, make_peg …: the mesh of each kind by its dimensions [m], the same each time
+#define PRIMITIVE(Kind, name, make) Soup make(const primitive::Kind& kind);
+#include "proto/config/primitives.def"
+
+/// The mesh of a primitive [m]; of none it is empty.
+Soup make_mesh(const Primitive& primitive);
 
 /// Geodesic sphere at the origin: 20·4ⁿ triangles with vertices on the sphere.
 Soup make_icosphere(double radius, uint32_t subdivisions);

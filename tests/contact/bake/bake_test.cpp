@@ -149,8 +149,6 @@ TEST_CASE("bake: a file that is missing, empty, a folder or of unknown kind is n
   CHECK_THAT(error_of(object_at(bench.folder.path())), Contains("is a folder"));
   bench.refuses("thing.obj", "", {"empty"});
   bench.refuses("thing.step", "x", {".step", "use .obj"});
-  ObjectConfig cone = object_at("primitive:cone");
-  CHECK_THAT(error_of(cone), Contains("use one of box"));
 }
 
 TEST_CASE("bake: truncated files are refused in every format") {
@@ -366,9 +364,7 @@ TEST_CASE("bake: unit and size must agree and any unit is scaled") {
 TEST_CASE("bake: a generated mesh of many triangles is cached by its shape, a small one is not") {
   const Bench bench;
   ObjectConfig molar;
-  assign(molar.mesh, "primitive:lower-molar");
-  molar.part.width = 11e-3;
-  molar.part.around = 132;
+  molar.primitive = primitive::LowerMolar{.around = 132};
   const BakedShape fresh = bake_object(molar, kPlenty);
   CHECK_FALSE(fresh.report.from_cache);
   CHECK(fresh.report.closed);
@@ -377,11 +373,10 @@ TEST_CASE("bake: a generated mesh of many triangles is cached by its shape, a sm
   CHECK(cached.shape.mesh.triangles.size() == fresh.shape.mesh.triangles.size());
   CHECK(std::ranges::equal(cached.shape.mesh.vertices, fresh.shape.mesh.vertices));
   // another shape is another entry
-  molar.part.width = 12e-3;
+  molar.primitive = primitive::LowerMolar{.width = 12e-3, .around = 132};
   CHECK_FALSE(bake_object(molar, kPlenty).report.from_cache);
   ObjectConfig peg;
-  assign(peg.mesh, "primitive:peg");
-  peg.part = {.diameter = 0.02, .length = 0.04, .around = 24, .along = 4};
+  peg.primitive = primitive::Peg{.grid = {24, 4}};
   CHECK_FALSE(bake_object(peg, kPlenty).report.from_cache);
   CHECK_FALSE(bake_object(peg, kPlenty).report.from_cache);
 }
@@ -449,16 +444,15 @@ TEST_CASE("bake: a cache folder that cannot be written is said and does no harm"
 }
 
 TEST_CASE("bake: primitives are baked from their parameters") {
-  ObjectConfig box = object_at("primitive:box");
-  box.extent = {0.1, 0.2, 0.3};
+  ObjectConfig box;
+  box.primitive = primitive::Box{{0.1, 0.2, 0.3}};
   const BakedShape b = bake_object(box, kPlenty);
   CHECK(b.shape.mesh.closed);
   CHECK_THAT(b.shape.mesh.upper, IsNear({0.05, 0.1, 0.15}, kLengthTolerance));
   CHECK(first_hit(b.shape, {1, 0, 0}, {0, 0, 0}).t == Approx(0.95));
 
-  ObjectConfig sphere = object_at("primitive:sphere");
-  sphere.size = 0.1;
-  sphere.subdivisions = 3;
+  ObjectConfig sphere;
+  sphere.primitive = primitive::Sphere{0.1, 3};
   const BakedShape s = bake_object(sphere, kPlenty);
   CHECK(s.shape.mesh.triangles.size() == 1280);
   CHECK(s.report.size == Approx(0.1).epsilon(0.01));
@@ -526,9 +520,8 @@ TEST_CASE("bake: a machine without enough memory is told so, with the mesh and t
   if (child == 0) {
     const rlimit limit{256 << 20, 256 << 20};
     ::setrlimit(RLIMIT_AS, &limit);
-    ObjectConfig object = object_at("primitive:sphere");
-    object.size = 0.1;
-    object.subdivisions = 8;
+    ObjectConfig object;
+    object.primitive = primitive::Sphere{0.1, 8};
     try {
       bake_object(object, kPlenty);
       ::_exit(1);

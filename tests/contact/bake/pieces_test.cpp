@@ -81,9 +81,8 @@ TEST_CASE("baked pieces: a session that wants them has those of all bodies, and 
   config.n_objects = 1;
   for (ShapeConfig* shape :
        {static_cast<ShapeConfig*>(&config.objects[0]), static_cast<ShapeConfig*>(&config.tool)}) {
-    assign(shape->mesh, "primitive:box");
+    shape->primitive = primitive::Box{{0.02, 0.02, 0.02}};
     assign(shape->name, "box");
-    shape->extent = {0.02, 0.02, 0.02};
   }
   CHECK(bake_session(config).shapes().bodies.pieces.empty());
   config.pieces.is_wanted = 1;

@@ -7,8 +7,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/mass_properties.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/hostile_text.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
@@ -255,32 +255,19 @@ TEST_CASE("baked volume: every damaged section is refused even with a right chec
 
 TEST_CASE("bake: parts of machines are closed and as large as they are said to be") {
   ShapeConfig gear;
-  assign(gear.mesh, "primitive:gear");
-  gear.part = {.module = 3e-3,
-               .width = 0.01,
-               .bore = 0.01,
-               .backlash = 1e-4,
-               .teeth = 12,
-               .around = 288,
-               .along = 2};
+  gear.primitive = primitive::Gear{.teeth = 12, .grid = {288, 2}};
   const BakedShape baked = bake_object(gear, uint64_t{4} << 30);
   CHECK(baked.shape.mesh.closed);
   CHECK(baked.report.lines.empty());
   CHECK(baked.report.size == Approx(3e-3 * 14).epsilon(1e-3));
-  for (const char* kind : {"peg", "hole", "bolt", "nut"}) {
+  const PartGrid grid{24, 64};
+  const primitive::Thread thread{.depth = 1e-3, .grid = grid};
+  for (const Primitive& made :
+       std::vector<Primitive>{primitive::Peg{.grid = grid}, primitive::Hole{{.grid = grid}, 1e-4},
+                              primitive::Bolt{thread}, primitive::Nut{thread, 1e-4, 0.016, 0.03}}) {
     ShapeConfig part;
-    assign(part.mesh, std::string("primitive:") + kind);
-    part.part = {.diameter = 0.02,
-                 .length = 0.04,
-                 .clearance = 1e-4,
-                 .block = 0.06,
-                 .width = 0.03,
-                 .pitch = 2.5e-3,
-                 .depth = 1e-3,
-                 .height = 0.016,
-                 .around = 24,
-                 .along = 64};
-    CAPTURE(kind);
+    part.primitive = made;
+    CAPTURE(kind_name(made));
     const BakedShape shape = bake_object(part, uint64_t{4} << 30);
     CHECK(shape.shape.mesh.closed);
     CHECK(shape.report.self_intersections == 0);
@@ -289,7 +276,7 @@ TEST_CASE("bake: parts of machines are closed and as large as they are said to b
 
 TEST_CASE("mass properties: box, ball and bored block in closed form, wherever they lie") {
   const Vec3 side{0.1, 0.2, 0.3}, at{3, -2, 1};
-  Soup box = make_box(side);
+  Soup box = make_box({side});
   for (Vec3& v : box.vertices) v += at;
   const MassProperties b = mass_properties(build_mesh(box.vertices, box.triangles).view());
   const double volume = side.x * side.y * side.z;
@@ -306,8 +293,8 @@ TEST_CASE("mass properties: box, ball and bored block in closed form, wherever t
   CHECK(s.inertia_O.row[2].z == Approx(0.4 * s.volume * kRadius * kRadius).epsilon(2e-3));
 
   // a block with a hole: the inertia of the hole is subtracted
-  const PegAndHole fit;
-  const Soup block = make_hole(fit, {400, 1});
+  const primitive::Hole fit{{.grid = {400, 1}}};
+  const Soup block = make_hole(fit);
   const MassProperties h = mass_properties(build_mesh(block.vertices, block.triangles).view());
   const double r = 0.5 * fit.diameter + fit.clearance, a = fit.block;
   const double about_axis =

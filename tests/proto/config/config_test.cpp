@@ -83,9 +83,8 @@ TEST_CASE("config: a scene is read with its units and defaults") {
   REQUIRE(config.n_objects == 1);
   const ObjectConfig& object = config.objects[0];
   CHECK(view(object.name) == "block");
-  CHECK(view(object.mesh) == "primitive:box");
-  CHECK(object.extent == Vec3{0.08, 0.08, 0.08});
-  CHECK(object.size == 0.08);
+  CHECK(mesh_name(object) == "primitive:box");
+  CHECK(std::get<primitive::Box>(object.primitive).extent == Vec3{0.08, 0.08, 0.08});
   CHECK(object.X_WO == Pose{});
   CHECK(config.map.clutch_button == -1);
   CHECK(fs::path(view(config.file)).is_absolute());

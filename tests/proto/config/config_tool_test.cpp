@@ -23,6 +23,12 @@ using test::object_with;
 using test::scene_with;
 using test::session_with;
 
+/// The dimensions of an object that must be of this kind.
+template <typename Kind>
+Kind part_with(const std::string& keys) {
+  return std::get<Kind>(object_with(keys).primitive);
+}
+
 }  // namespace
 
 TEST_CASE("config: a tool and the voxels reach their fields, and follow the size") {
@@ -46,11 +52,12 @@ TEST_CASE("config: a tool and the voxels reach their fields, and follow the size
   CHECK(voxel.braking == 0.5);
   CHECK(voxel.budget == 5000);
   const ToolConfig& tool = config.tool;
-  CHECK(view(tool.mesh) == "primitive:bolt");
-  CHECK(tool.part.pitch == 2.5e-3);
-  CHECK(tool.part.around == 48);
-  CHECK(tool.part.along > 0);
-  CHECK(tool.size == 0.04);
+  CHECK(mesh_name(tool) == "primitive:bolt");
+  const auto& bolt = std::get<primitive::Bolt>(tool.primitive);
+  CHECK(bolt.pitch == 2.5e-3);
+  CHECK(bolt.grid.around == 48);
+  CHECK(bolt.grid.along == 256);
+  CHECK(bolt.length == 0.04);
   CHECK(tool.mass == 0.08);
   CHECK(tool.density == 0);
   CHECK(std::abs(tool.inertia.y - 1e-5) <= test::tol(1e-20));
@@ -58,7 +65,7 @@ TEST_CASE("config: a tool and the voxels reach their fields, and follow the size
   const SessionConfig dense =
       session_with("", "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\ndensity = \"2 g/cm³\"\n");
   CHECK(dense.tool.density == 2000);
-  CHECK(view(parse_config(kScene, "x.toml").tool.mesh).empty());
+  CHECK_FALSE(has_mesh(parse_config(kScene, "x.toml").tool));
   CHECK(parse_config(kScene, "x.toml").voxel.band == (2 + kBandVoxels) * VoxelConfig{}.size);
 }
 
@@ -202,72 +209,70 @@ TEST_CASE("config: a coupling too stiff for its device is warned of with the num
 }
 
 TEST_CASE("config: parts of machines are read with their dimensions") {
-  const ObjectConfig hole = object_with(
+  const auto hole = part_with<primitive::Hole>(
       "primitive = \"hole\"\ndiameter = \"20 mm\"\nlength = \"40 mm\"\nclearance = \"0.2 mm\"\n"
       "block = \"60 mm\"\n");
-  CHECK(view(hole.mesh) == "primitive:hole");
-  CHECK(hole.part.clearance == 0.2e-3);
-  CHECK(hole.extent == Vec3{0.06, 0.06, 0.04});
-  const ObjectConfig gear = object_with(
-      "primitive = \"gear\"\nteeth = 20\nmodule = \"3 mm\"\nwidth = \"10 mm\"\nbore = \"10 mm\"\n"
+  CHECK(hole.clearance == 0.2e-3);
+  CHECK(hole.length == 0.04);
+  CHECK(hole.block == 0.06);
+  const auto gear = part_with<primitive::Gear>(
+      "primitive = \"gear\"\nteeth = 21\nmodule = \"3 mm\"\nwidth = \"10 mm\"\nbore = \"10 mm\"\n"
       "along = 2\n");
-  CHECK(gear.part.teeth == 20);
-  CHECK(gear.part.along == 2);
-  CHECK(gear.part.backlash == 0.1e-3);
-  CHECK(std::abs(gear.size - 0.066) <= test::tol(1e-15));
-  const ObjectConfig nut = object_with(
+  CHECK(gear.teeth == 21);
+  CHECK(gear.grid.around == 24 * 21);
+  CHECK(gear.grid.along == 2);
+  CHECK(gear.backlash == 0.1e-3);
+  const auto nut = part_with<primitive::Nut>(
       "primitive = \"nut\"\ndiameter = \"20 mm\"\npitch = \"2.5 mm\"\ndepth = \"1.4 mm\"\n"
       "clearance = \"0.05 mm\"\nheight = \"16 mm\"\nwidth = \"32 mm\"\n");
-  CHECK(nut.part.height == 0.016);
-  const ObjectConfig peg =
-      object_with("primitive = \"peg\"\ndiameter = \"2 cm\"\nlength = \"4 cm\"\n");
-  CHECK(peg.extent == Vec3{0.02, 0.02, 0.04});
+  CHECK(nut.height == 0.016);
+  CHECK(nut.grid.along == 128);
+  const auto peg =
+      part_with<primitive::Peg>("primitive = \"peg\"\ndiameter = \"2 cm\"\nlength = \"4 cm\"\n");
+  CHECK(peg.diameter == 0.02);
+  CHECK(peg.length == 0.04);
 }
 
 TEST_CASE("config: molars, joints and dimpled balls are read with their dimensions") {
-  const ObjectConfig upper =
-      object_with("primitive = \"upper-molar\"\nwidth = \"33 mm\"\nclearance = \"0.2 mm\"\n");
-  CHECK(view(upper.mesh) == "primitive:upper-molar");
-  CHECK(upper.part.width == 33e-3);
-  CHECK(upper.part.clearance == 0.2e-3);
-  CHECK(upper.part.around == 264);
-  const ObjectConfig lower =
-      object_with("primitive = \"lower-molar\"\nwidth = \"33 mm\"\naround = 120\n");
-  CHECK(lower.part.around == 120);
-  CHECK(lower.size == Approx(33e-3));
-  const ObjectConfig ball = object_with(
+  const auto upper = part_with<primitive::UpperMolar>(
+      "primitive = \"upper-molar\"\nwidth = \"33 mm\"\nclearance = \"0.2 mm\"\n");
+  CHECK(upper.width == 33e-3);
+  CHECK(upper.clearance == 0.2e-3);
+  CHECK(upper.around == 264);
+  const auto lower = part_with<primitive::LowerMolar>(
+      "primitive = \"lower-molar\"\nwidth = \"33 mm\"\naround = 120\n");
+  CHECK(lower.around == 120);
+  CHECK(lower.width == 33e-3);
+  const auto ball = part_with<primitive::JointBall>(
       "primitive = \"joint-ball\"\ndiameter = \"40 mm\"\nstem = \"16 mm\"\nlength = \"50 mm\"\n");
-  CHECK(ball.part.stem == 0.016);
-  CHECK(ball.extent == Vec3{0.04, 0.04, 0.07});
-  const ObjectConfig socket = object_with(
+  CHECK(ball.stem == 0.016);
+  CHECK(ball.length == 0.05);
+  const auto socket = part_with<primitive::JointSocket>(
       "primitive = \"joint-socket\"\ndiameter = \"40 mm\"\nclearance = \"0.1 mm\"\n"
       "width = \"60 mm\"\nheight = \"30 mm\"\ncover = \"90 deg\"\n");
-  CHECK(socket.part.cover == Approx(1.5707963267949));
-  CHECK(socket.extent.z == Approx(0.03));
-  const ObjectConfig golf =
-      object_with("primitive = \"dimpled-ball\"\ndiameter = \"42.7 mm\"\ndepth = \"0.25 mm\"\n");
-  CHECK(golf.part.along == 82);
-  CHECK(golf.part.depth == 0.25e-3);
+  CHECK(socket.cover == Approx(1.5707963267949));
+  CHECK(socket.height == 0.03);
+  const auto golf = part_with<primitive::DimpledBall>(
+      "primitive = \"dimpled-ball\"\ndiameter = \"42.7 mm\"\ndepth = \"0.25 mm\"\n");
+  CHECK(golf.along == 82);
+  CHECK(golf.depth == 0.25e-3);
   const std::string frame = "length = \"18 cm\"\nwidth = \"24 mm\"\ndiameter = \"8 mm\"\n";
-  const ObjectConfig rail = object_with("primitive = \"frame-rail\"\n" + frame +
-                                        "height = \"16 mm\"\nclearance = \"0.1 mm\"\n");
-  CHECK(rail.part.height == 16e-3);
-  CHECK(rail.part.clearance == 0.1e-3);
-  CHECK(rail.part.around == 48);
-  CHECK(rail.extent.x == 0.18);
-  // a tab of two thirds of the width stands out beside it and above
-  CHECK(rail.extent.y == Approx(0.04));
-  CHECK(rail.extent.z == Approx(0.032));
-  const ObjectConfig rest =
-      object_with("primitive = \"pin-rest\"\n" + frame + "height = \"2 cm\"\naround = 24\n");
-  CHECK(rest.part.height == 0.02);
-  CHECK(rest.part.around == 24);
-  const ObjectConfig window = object_with(
+  const auto rail = part_with<primitive::FrameRail>("primitive = \"frame-rail\"\n" + frame +
+                                                    "height = \"16 mm\"\nclearance = \"0.1 mm\"\n");
+  CHECK(rail.length == 0.18);
+  CHECK(rail.height == 16e-3);
+  CHECK(rail.clearance == 0.1e-3);
+  CHECK(rail.around == 48);
+  const auto rest = part_with<primitive::PinRest>("primitive = \"pin-rest\"\n" + frame +
+                                                  "height = \"2 cm\"\naround = 24\n");
+  CHECK(rest.height == 0.02);
+  CHECK(rest.around == 24);
+  const auto window = part_with<primitive::Window>(
       "primitive = \"window\"\nextent = [\"9 cm\", \"8 cm\", \"6 mm\"]\n"
       "width = \"4 cm\"\nheight = \"3 cm\"\n");
   CHECK(window.extent == Vec3{0.09, 0.08, 0.006});
-  CHECK(window.part.width == 0.04);
-  CHECK(window.part.height == 0.03);
+  CHECK(window.width == 0.04);
+  CHECK(window.height == 0.03);
 }
 
 TEST_CASE("config: waypoints of the simulated hand reach their fields, in order") {

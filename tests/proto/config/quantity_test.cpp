@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "proto/config/command_line.h"
-#include "proto/config/config_shape.h"
+#include "proto/config/read/config_shape.h"
 #include "tests/support/config_text.h"
 #include "tests/support/hostile_text.h"
 

@@ -13,7 +13,7 @@
 
 #include "clients/log/trace_writer.h"
 #include "proto/config/config.h"
-#include "proto/config/height_image.h"
+#include "proto/config/read/height_image.h"
 #include "proto/ipc/unix_socket.h"
 #include "proto/log/csv.h"
 #include "proto/log/hand_trace.h"

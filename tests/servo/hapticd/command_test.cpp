@@ -139,7 +139,7 @@ TEST_CASE("command: who mistypes one is told all of them", "[servo]") {
 TEST_CASE("command: a renderer is had where the session has a tool and maps for it", "[servo]") {
   haptic::SessionConfig config;
   ControlFrame wanted{};
-  haptic::assign(config.tool.mesh, "primitive:sphere");
+  config.tool.primitive = haptic::primitive::Sphere{};
   CHECK(apply_command("set renderer direct6", config, wanted).kind == CommandKind::kChange);
   const ControlCommand refused = apply_command("set renderer voxel", config, wanted);
   CHECK(refused.kind == CommandKind::kRefused);
@@ -159,7 +159,7 @@ TEST_CASE("command: a renderer is had where the session has a tool and maps for 
 TEST_CASE("command: the solver of a soft body is had where its renderer is in use", "[servo]") {
   using haptic::SoftSolver;
   haptic::SessionConfig config;
-  haptic::assign(config.tool.mesh, "primitive:sphere");
+  config.tool.primitive = haptic::primitive::Sphere{};
   config.voxel.is_wanted = 1;
   ControlFrame wanted{};
   const auto solver = [&] { return haptic::soft_solver_of(wanted.solver); };

@@ -8,7 +8,7 @@
 
 #include "clients/lab/bench/workloads/workload.h"
 #include "contact/query/proximity/mesh_distance.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 
 namespace haptic {

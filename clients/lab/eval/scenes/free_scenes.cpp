@@ -7,13 +7,11 @@
 #include "clients/lab/support/scripted_hand.h"
 #include "contact/bake/convex/piece_tree.h"
 #include "contact/bake/volume.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 
 namespace haptic {
 namespace {
-
-constexpr PartGrid kHoleGrid{48, 4}, kPegGrid{24, 2};
 
 /// Owns the data behind the views of a scene.
 struct FreeStorage {
@@ -88,14 +86,17 @@ Soup bumpy_ball(double radius, uint32_t subdivisions, std::mt19937_64& random) {
 }  // namespace
 
 FreeScene peg_over_hole() {
-  PegAndHole pair;
-  pair.clearance = 0.5 * kMm;
+  primitive::Hole hole;
+  hole.clearance = 0.5 * kMm;
+  hole.grid = {48, 4};
+  primitive::Peg peg;
+  peg.grid = {24, 2};
   FreeScene scene;
   scene.name = "peg over hole";
   scene.config = scene_session(1);
   set_voxels(0.5 * kMm, 0, scene.config.voxel);
-  scene.objects = {make_hole(pair, kHoleGrid)};
-  scene.tool = make_peg(pair, kPegGrid);
+  scene.objects = {make_hole(hole)};
+  scene.tool = make_peg(peg);
   scene.over = kMm * Vec3{18, 0, 100};
   bake_scene(scene);
   return scene;

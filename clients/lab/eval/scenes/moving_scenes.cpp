@@ -10,7 +10,7 @@
 
 #include "clients/lab/eval/oracle/exact_cgal.h"
 #include "clients/lab/support/shaking_hand.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/motion_metric.h"
 #include "proto/math/units.h"
 #include "sim/scene.h"
@@ -53,7 +53,7 @@ Tool draw_tool(Dice& dice) {
     case 0:
       return {make_box({extent.x, extent.x, extent.x}), extent.x / 2};
     case 1:
-      return {make_box(extent), std::min({extent.x, extent.y, extent.z}) / 2};
+      return {make_box({extent}), std::min({extent.x, extent.y, extent.z}) / 2};
     default: {
       const PartGrid grid{5 + dice.below(8), 1};
       const double r = extent.x / 2, half = extent.z / 2;

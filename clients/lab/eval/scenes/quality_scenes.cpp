@@ -5,17 +5,17 @@
 #include <array>
 #include <cmath>
 
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 
 namespace haptic {
 namespace {
 
 constexpr double kDegrees = 180 / kPi;
-constexpr double kTipRadius = 4e-3, kConeHeight = 20e-3;                // [m]
-constexpr double kCylinderRadius = 20e-3;                               // [m]
-constexpr double kMostOffset = 0.5e-3, kMostTilt = 0.03;                // of the peg [m], [rad]
-constexpr PegAndHole kPair{20e-3, 2 * kPegHalf, kPegClearance, 50e-3};  // [m]
+constexpr double kTipRadius = 4e-3, kConeHeight = 20e-3;  // [m]
+constexpr double kCylinderRadius = 20e-3;                 // [m]
+constexpr double kMostOffset = 0.5e-3, kMostTilt = 0.03;  // of the peg [m], [rad]
+constexpr double kPegDiameter = 20e-3, kBlock = 50e-3;    // [m]
 constexpr double kHoleLength = 60e-3;  // [m]; longer than the peg, whose ends are inside
 constexpr size_t kWindow = 21;         // samples of the moving average
 
@@ -261,9 +261,9 @@ QualityBodies bodies_of(QualityScene scene, const QualityGrain& grain) {
     case QualityScene::kPegInHole:
       break;
   }
-  PegAndHole longer = kPair;
-  longer.length = kHoleLength;
-  return {make_hole(longer, {around, 16}), make_peg(kPair, {around, 16})};
+  const PartGrid grid{around, 16};
+  return {make_hole({{kPegDiameter, kHoleLength, grid}, kPegClearance, kBlock}),
+          make_peg({kPegDiameter, 2 * kPegHalf, grid})};
 }
 
 std::vector<Row> judge_quality(QualityScene scene, const WrenchAt& wrench_at, size_t samples,

@@ -6,15 +6,13 @@
 
 #include "clients/lab/eval/scenes/scan_work.h"
 #include "contact/query/proximity/triangle_pairs.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 #include "proto/os/environment.h"
 #include "proto/os/source_tree.h"
 
 namespace haptic {
 namespace {
-
-constexpr PartGrid kGrid{96, 16};
 
 /// Height above the object from which the tool is free of it.
 double lowest_free(const MeshShape& object, const MeshShape& tool) {
@@ -51,9 +49,9 @@ RigidScene box_on_plate() {
 }
 
 RigidScene peg_in_hole(double clearance) {
-  PegAndHole pair;
-  pair.clearance = clearance;
-  RigidScene scene = rigid_scene("peg in hole", make_hole(pair, kGrid), make_peg(pair, kGrid));
+  primitive::Hole hole;
+  hole.clearance = clearance;
+  RigidScene scene = rigid_scene("peg in hole", make_hole(hole), make_peg(hole));
   scene.shaking = {kMm * Vec3{4, 4, 15}, {0.2, 0.2, 0.4}, {}};
   return scene;
 }

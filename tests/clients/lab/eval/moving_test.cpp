@@ -113,8 +113,8 @@ TEST_CASE("eval moving: planted faults are found", "[lab][trap]") {
 
 TEST_CASE("summary: a rigid tool that was put on the other side of an object is seen",
           "[lab][trap]") {
-  SessionConfig config = over_block(Renderer::kGodObject6, "primitive:box");
-  config.objects[0].extent.z = 4e-3;
+  SessionConfig config = over_block(Renderer::kGodObject6, test::kCube);
+  config.objects[0].primitive = primitive::Box{{0.1, 0.1, 4e-3}};
   config.objects[0].X_WO.p.z = -2e-3;
   const BakedSession baked = bake_session(config);
   const auto judged_way = [&](double to, uint32_t flags, bool is_paused = false) {

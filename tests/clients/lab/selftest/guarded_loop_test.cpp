@@ -74,10 +74,7 @@ TEST_CASE("guarded loop: nor do the renderers of a tool with six degrees of free
   config.renderer = GENERATE(Renderer::kVoxel, Renderer::kDirect6);
   config.proxy.solver = GENERATE(SoftSolver::kPenaltyDynamics, SoftSolver::kQuasiStatic);
   config.coupling.rotational_stiffness = 1;
-  assign(config.tool.mesh, "primitive:sphere");
-  config.tool.extent = {0.02, 0.02, 0.02};
-  config.tool.size = 0.02;
-  config.tool.subdivisions = 2;
+  config.tool.primitive = primitive::Sphere{0.02, 2};
   // the second object is touched too, and harder
   config.n_objects = 2;
   config.objects[1] = config.objects[0];

@@ -35,6 +35,10 @@ struct Frame {
   }
 };
 
+const primitive::FrameRail& rail_of(const SessionConfig& config) {
+  return std::get<primitive::FrameRail>(config.tool.primitive);
+}
+
 }  // namespace
 
 TEST_CASE("frame: carried through the opening and laid on its pins, never inside of anything",
@@ -63,7 +67,7 @@ TEST_CASE("frame: carried through the opening and laid on its pins, never inside
       }
     }
     const double x = set->X_WG.p.x - frame.config.objects[kOpening].X_WO.p.x;
-    const double half = 0.5 * frame.config.tool.part.length;
+    const double half = 0.5 * rail_of(frame.config).length;
     was_before |= x < -half;
     in_opening += std::abs(x) < half;
     is_behind = x > half;
@@ -74,7 +78,7 @@ TEST_CASE("frame: carried through the opening and laid on its pins, never inside
   CHECK(is_behind);
 
   // where it lies: on the posts, and aside by the play of hole and slot at most, seen from the rest
-  const PartConfig& part = frame.config.tool.part;
+  const primitive::FrameRail& part = rail_of(frame.config);
   const Pose X_OT = inverse(frame.config.objects[kRest].X_WO) * lockstep.contacts()->X_WG;
   const double play = part.clearance, apart = part.length - part.width;
   CAPTURE(X_OT.p, to_rotation_vector(X_OT.q));
@@ -99,7 +103,7 @@ TEST_CASE("frame: the part fits through the opening as it is tilted, and not whe
   const MeshShape &opening = frame.baked.objects[kOpening].shape, &part = frame.baked.tool->shape;
   const Pose X_OW = inverse(frame.config.objects[kOpening].X_WO);
   // the upright tab is in the opening; it stands 0.3 to 0.6 of the channel's half behind the middle
-  const PartConfig& rail = frame.config.tool.part;
+  const primitive::FrameRail& rail = rail_of(frame.config);
   Vec3 way = intent.waypoints[1].X_BH.p;
   way.x = frame.config.objects[kOpening].X_WO.p.x + 0.45 * (0.5 * rail.length - rail.width);
   const auto meets = [&](const Vec3& aside, const Quat& q) {

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "contact/bake/session.h"
-#include "contact/shape/mesh/generated.h"
+#include "contact/shape/mesh/primitives.h"
 #include "proto/math/motion_metric.h"
 #include "proto/wire/guide.h"
 #include "proto/wire/renderer.h"
@@ -118,10 +118,8 @@ TEST_CASE("grasp: a tool with six degrees of freedom carries a body, and turns i
   config.safety.torque_slew = 1e6;
   config.safety.angular_velocity_limit = 1e3;
   config.proxy.solver = SoftSolver::kQuasiStatic;
-  assign(config.tool.mesh, "primitive:box");
-  config.tool.extent = {kTool, kTool, kTool};
+  config.tool.primitive = primitive::Box{{kTool, kTool, kTool}};
   config.tool.mass = 0.02;
-  config.objects[0].extent = {kBoxEdge, kBoxEdge, kBoxEdge};
   config.voxel.offset_layers = 0;
   const BakedSession baked = bake_session(config);
   const ContactShapes shapes = baked.shapes();
@@ -263,7 +261,7 @@ TEST_CASE("scene carry: one block is lifted, laid on the other and brought back"
   std::deque<MeshShapeData> owned;
   std::vector<MeshShape> shapes;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
-    owned.push_back(build_shape(make_box(config.objects[i].extent)));
+    owned.push_back(build_shape(make_mesh(config.objects[i].primitive)));
     shapes.push_back(owned.back().view());
   }
   const auto hand = open_device(config.device);

@@ -97,10 +97,11 @@ struct PushedSession {
     add_box({0.1, 0.1, kBoxEdge}, {0.03, 0, kBoxEdge}, 0);
   }
   void add_box(const Vec3& extent, const Vec3& p_W, double mass) {
-    owned.push_back(build_shape(make_box(extent)));
+    const primitive::Box box{extent};
+    owned.push_back(build_shape(make_box(box)));
     shapes.push_back(owned.back().view());
     ObjectConfig& object = config.objects[config.n_objects++];
-    assign(object.mesh, "primitive:box");
+    object.primitive = box;
     object.X_WO.p = p_W;
     object.body.mass = mass;
   }

@@ -125,7 +125,7 @@ Pose pressing(double t) {
 }
 
 SessionConfig cube_over_block(Renderer renderer, const Springs& springs) {
-  SessionConfig config = test::over_block(renderer, "primitive:box");
+  SessionConfig config = test::over_block(renderer, test::kCube);
   config.coupling.translational_stiffness = springs.translational;
   config.coupling.rotational_stiffness = springs.rotational;
   config.rigid.margin = kMargin;

@@ -9,8 +9,8 @@
 
 #include "contact/bake/convex/half_spaces.h"
 #include "contact/bake/convex/quadric.h"
-#include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/mesh_topology.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/cgal_pairs.h"
 #include "tests/support/convex/meshes.h"
 #include "tests/support/convex/split_tree.h"
@@ -96,10 +96,10 @@ std::vector<size_t> check_levels(const Soup& soup) {
 
 TEST_CASE("piece surgery: pieces stay convex, closed surfaces closed, and levels halve") {
   CHECK(check_levels(make_bumpy_ball(0.02, 3, 0.05, 12)).size() > 2);
-  CHECK(check_levels(make_bolt({}, {24, 32})).size() > 2);
+  CHECK(check_levels(make_bolt({{.grid = {24, 32}}})).size() > 2);
   CHECK(check_levels(make_dented_ball(0.02, 3, 0.5, 2e-3)).size() > 2);
   check_levels(make_torus(0.03, 0.01, 32, 16));
-  check_levels(make_hole({}, {32, 4}));
+  check_levels(make_hole({{.grid = {32, 4}}}));
 }
 
 TEST_CASE("piece surgery: an open sheet keeps its border") {

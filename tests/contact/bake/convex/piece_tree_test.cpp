@@ -7,8 +7,8 @@
 #include <cstring>
 
 #include "contact/bake/piece_files.h"
-#include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/mesh_topology.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/cgal_pairs.h"
 #include "tests/support/convex/meshes.h"
 #include "tests/support/meshes.h"
@@ -233,9 +233,9 @@ TEST_CASE("piece tree: a bumpy ball, a torus, a sheet and machine parts") {
   check(make(make_bumpy_ball(0.02, 2, 0.05, 12)));
   check(make(make_torus(0.03, 0.01, 24, 12)));
   check(make(make_rough_sheet(3, 16, 0.3)));
-  check(make(make_gear({}, {96, 1})));
-  check(make(make_hole({}, {16, 2})));
-  check(make(make_bolt({}, {16, 32})));
+  check(make(make_gear({.grid = {96, 1}})));
+  check(make(make_hole({{.grid = {16, 2}}})));
+  check(make(make_bolt({{.grid = {16, 32}}})));
 }
 
 TEST_CASE("piece tree: real faces lie off a ball by no more than they say") {

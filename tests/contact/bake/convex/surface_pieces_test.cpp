@@ -10,8 +10,8 @@
 #include <set>
 
 #include "contact/bake/convex/hull_of_points.h"
-#include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/mesh_topology.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/convex/meshes.h"
 #include "tests/support/convex/split_tree.h"
 #include "tests/support/meshes.h"
@@ -125,7 +125,7 @@ TEST_CASE("surface pieces: what is convex is one piece") {
   CHECK(n_pieces(make_box({0.02, 0.03, 0.05})) == 1);
   CHECK(n_pieces(make_icosphere(0.02, 3)) == 1);
   CHECK(n_pieces(make_grid(0.03, 12)) == 1);
-  CHECK(n_pieces(make_peg({}, {48, 8})) == 1);
+  CHECK(n_pieces(make_peg({.grid = {48, 8}})) == 1);
 }
 
 TEST_CASE(
@@ -169,9 +169,9 @@ TEST_CASE("surface pieces: a virtual face does not reach through a part on the o
 }
 
 TEST_CASE("surface pieces: machine parts, a torus and a bumpy ball") {
-  CHECK(n_pieces(make_gear({}, {96, 2})) < 300);
-  CHECK(n_pieces(make_hole({}, {32, 4})) < 100);
-  CHECK(n_pieces(make_bolt({}, {24, 32})) > 16);
+  CHECK(n_pieces(make_gear({.grid = {96, 2}})) < 300);
+  CHECK(n_pieces(make_hole({{.grid = {32, 4}}})) < 100);
+  CHECK(n_pieces(make_bolt({{.grid = {24, 32}}})) > 16);
   CHECK(n_pieces(make_torus(0.03, 0.01, 32, 16)) < 100);
   CHECK(n_pieces(make_bumpy_ball(0.02, 3, 0.05, 12)) > 100);
 }

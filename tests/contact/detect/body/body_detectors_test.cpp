@@ -16,8 +16,7 @@ using test::IsNear;
 
 /// A ball of 2 cm over a block of 10 cm whose top is at z = 0.
 SessionConfig ball_over_block(Renderer renderer) {
-  SessionConfig config = test::over_block(renderer, "primitive:sphere");
-  config.tool.subdivisions = 3;
+  SessionConfig config = test::over_block(renderer, primitive::Sphere{0.02, 3});
   config.voxel.size = 1e-3;
   config.voxel.offset_layers = 0;
   return config;

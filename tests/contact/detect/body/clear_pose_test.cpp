@@ -7,7 +7,7 @@
 #include <catch2/catch.hpp>
 #include <memory>
 
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/motion_metric.h"
 #include "tests/support/cgal_pairs.h"
 #include "tests/support/soft_loop.h"

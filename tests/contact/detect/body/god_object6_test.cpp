@@ -9,8 +9,8 @@
 #include <set>
 
 #include "contact/query/proximity/mesh_distance.h"
-#include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/tool_body.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
@@ -175,9 +175,9 @@ TEST_CASE("god object of six degrees of freedom: in free space 1 − k_s/2 of th
 TEST_CASE(
     "god object of six degrees of freedom: what a way in a tight fit leaves is small, and gone "
     "once the hand rests") {
-  const PegAndHole fit{.diameter = 20e-3, .length = 40e-3, .clearance = 0.05e-3, .block = 40e-3};
-  World world(make_peg(fit, {64, 24}));
-  world.add(make_hole(fit, {64, 24}));
+  const primitive::Hole fit{{20e-3, 40e-3, {64, 24}}, 0.05e-3, 40e-3};
+  World world(make_peg(fit));
+  world.add(make_hole(fit));
   GodObject6 god = world.make();
   REQUIRE(god.place(world.X_WO, {}));
   Pose led;
@@ -294,9 +294,9 @@ TEST_CASE(
   std::deque<World> worlds;
   worlds.emplace_back(make_bumpy_ball(3, 8e-3, 2));
   worlds.back().add(make_box({20e-3, 14e-3, 10e-3}));
-  const PegAndHole fit{.diameter = 10e-3, .length = 16e-3, .clearance = 0.1e-3, .block = 20e-3};
-  worlds.emplace_back(make_peg(fit, {16, 3}));
-  worlds.back().add(make_hole(fit, {16, 3}));
+  const primitive::Hole fit{{10e-3, 16e-3, {16, 3}}, 0.1e-3, 20e-3};
+  worlds.emplace_back(make_peg(fit));
+  worlds.back().add(make_hole(fit));
   worlds.emplace_back(make_angle(12e-3, 4e-3, 3e-3));
   worlds.back().add(make_angle(15e-3, 5e-3, 4e-3), at(-4e-3, -4e-3, 0));
   worlds.emplace_back(make_bumpy_ball(4, 6e-3, 1));

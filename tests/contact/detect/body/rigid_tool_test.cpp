@@ -19,7 +19,7 @@ constexpr double kMargin = 1e-6;
 
 /// A small block over a block of 10 cm whose top is at z = 0.
 SessionConfig block_over_block(Renderer renderer) {
-  SessionConfig config = test::over_block(renderer, "primitive:box");
+  SessionConfig config = test::over_block(renderer, test::kCube);
   config.coupling.translational_stiffness = 800;
   config.coupling.rotational_stiffness = 2;
   config.rigid.margin = kMargin;
@@ -219,7 +219,7 @@ TEST_CASE("rigid tool: shaken among objects that move, what is published meets n
   SessionConfig config = block_over_block(Renderer::kGodObject6);
   config.n_objects = 2;
   config.objects[1] = config.objects[0];
-  config.objects[1].extent = {0.03, 0.03, 0.03};
+  config.objects[1].primitive = primitive::Box{{0.03, 0.03, 0.03}};
   config.objects[1].X_WO.p = {0.02, 0, 0.02};
   RigidBench bench(config);
   Random random(1);
@@ -271,7 +271,7 @@ TEST_CASE(
   SessionConfig config = block_over_block(renderer);
   config.n_objects = 2;
   config.objects[1] = config.objects[0];
-  config.objects[1].extent.z = 4e-3;
+  config.objects[1].primitive = primitive::Box{{0.1, 0.1, 4e-3}};
   config.objects[1].X_WO.p.z = 30e-3;
   RigidBench bench(config);
   SceneFrame scene{};

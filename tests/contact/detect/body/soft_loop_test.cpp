@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 #include "tests/support/cgal_pairs.h"
 #include "tests/support/near.h"
@@ -121,8 +121,8 @@ TEST_CASE("soft loop: no tool triangle through the obstacle's, pressed as hard a
     });
   }
   SECTION("a peg in a wide hole, tilted and turned against its wall") {
-    static const SoftPair pair(make_hole({0.03, 0.03, 0, 0.05}, {48, 6}),
-                               make_peg({0.02, 0.04, 0, 0}, {48, 8}), 1e-3);
+    static const SoftPair pair(make_hole({{0.03, 0.03, {48, 6}}, 0, 0.05}),
+                               make_peg({0.02, 0.04, {48, 8}}), 1e-3);
     check_apart(pair, asked, solver, [](double t) {
       return Pose{{0.02 * std::sin(5 * t), 0.02 * std::sin(7 * t), 0.01 * std::sin(3 * t)},
                   from_rotation_vector({0.6 * std::sin(4 * t), 0.6 * std::sin(6 * t), t})};

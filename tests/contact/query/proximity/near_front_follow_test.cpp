@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "contact/query/box/rigid_motion.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/meshes.h"
 
 using namespace haptic;
@@ -84,7 +84,7 @@ Soup make_two_boxes(double half, double edge) {
 }  // namespace
 
 TEST_CASE("near front: what it does not suspect does not meet on the way", "[contact][trap]") {
-  const PegAndHole fit{.diameter = 10e-3, .length = 20e-3, .clearance = 0.3e-3, .block = 24e-3};
+  const primitive::Hole fit{{10e-3, 20e-3, {16, 4}}, 0.3e-3, 24e-3};
   struct Couple {
     MeshShapeData A, B;
     double apart;  // distance of their origins, around which they meet [m]
@@ -94,7 +94,7 @@ TEST_CASE("near front: what it does not suspect does not meet on the way", "[con
       {build_shape(make_bumpy_ball(1, 0.03, 2)), build_shape(make_bumpy_ball(2, 0.015, 2)), 0.042});
   couples.push_back(
       {build_shape(make_box({0.04, 0.03, 0.02})), build_shape(make_box({0.02, 0.01, 0.03})), 0.03});
-  couples.push_back({build_shape(make_hole(fit, {16, 4})), build_shape(make_peg(fit, {16, 4})), 0});
+  couples.push_back({build_shape(make_hole(fit)), build_shape(make_peg(fit)), 0});
   couples.push_back(
       {build_shape(make_rough_sheet(3, 12, 0.8)), build_shape(make_bumpy_ball(4, 0.02, 2)), 0.018});
   Random random(5);

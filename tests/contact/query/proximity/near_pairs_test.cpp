@@ -8,7 +8,7 @@
 #include "contact/query/box/box_distance.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/query/proximity/near_front.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/convex/meshes.h"
 #include "tests/support/meshes.h"
 
@@ -178,8 +178,9 @@ TEST_CASE("near front: as the cold search along paths, through jumps and changes
     MeshShapeData A, B;
     std::function<Pose(double)> path;  // at time t [s]
   };
-  const BoltAndNut screw{};
-  const double fine = 16.0 / 40;  // rings of both at the same heights
+  // rings of both at the same heights
+  const primitive::Bolt bolt{{.grid = {12, 50}}};
+  const primitive::Nut nut{{.grid = {12, 20}}};
   std::vector<Course> courses;
   courses.push_back({build_shape(make_torus(0.03, 0.008, 32, 16)),
                      build_shape(make_torus(0.03, 0.008, 28, 14)), [](double t) -> Pose {
@@ -187,9 +188,8 @@ TEST_CASE("near front: as the cold search along paths, through jumps and changes
                                from_rotation_vector({1.57, 0.2 * std::sin(4 * t), 0}) *
                                    from_rotation_vector({0, 0, 0.7 * t})};
                      }});
-  courses.push_back({build_shape(make_nut(screw, {12, static_cast<uint32_t>(fine * 50)})),
-                     build_shape(make_bolt(screw, {12, 50})),
-                     [&](double t) { return screw_pose(t, 2 * t, screw.pitch); }});
+  courses.push_back({build_shape(make_nut(nut)), build_shape(make_bolt(bolt)),
+                     [&](double t) { return screw_pose(t, 2 * t, bolt.pitch); }});
   courses.push_back(
       {build_shape(make_rough_sheet(5, 16, 0.5)), build_shape(make_icosphere(0.02, 2)),
        [](double t) -> Pose {

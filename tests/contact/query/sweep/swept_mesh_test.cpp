@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "contact/query/triangle/closest_on_triangle.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/parts/machine_parts.h"
 #include "tests/support/meshes.h"
 #include "tests/support/torture_scale.h"
 
@@ -281,9 +281,8 @@ TEST_CASE("swept mesh: among all pairs the answer is that of the trees", "[conta
 }
 
 TEST_CASE("swept mesh: bolt in nut, a turn that jams and a screw that does not", "[contact]") {
-  const BoltAndNut parts;
-  const MeshShapeData bolt = build_shape(make_bolt(parts, {48, 80}));
-  const MeshShapeData nut = build_shape(make_nut(parts, {48, 32}));
+  const MeshShapeData bolt = build_shape(make_bolt({{.grid = {48, 80}}}));
+  const MeshShapeData nut = build_shape(make_nut({{.grid = {48, 32}}}));
   REQUIRE_FALSE(meet(nut.view(), bolt.view(), {}));
   // without the matching rotation the thread is hit
   const RigidMotion pull = motion_between({}, {{0, 0, 0.5e-3}, {}}, {});

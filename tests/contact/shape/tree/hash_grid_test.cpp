@@ -6,9 +6,9 @@
 #include <cstring>
 #include <set>
 
+#include "contact/bake/grid.h"
 #include "contact/query/point/segment_hit.h"
 #include "contact/shape/mesh/mesh_topology.h"
-#include "contact/shape/tree/grid_cost.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 
@@ -196,56 +196,29 @@ TEST_CASE("hash grid: it is the same on one thread and in pieces run in the othe
                       grid.batches.size() * sizeof(TriangleBatch)) == 0);
 }
 
-TEST_CASE("grid cost: the valid interval of the paper") {
-  // ratios and limits as derived from the two inequalities
-  const auto interval = [](double obb_per_tri, double l_per_obb) {
-    return valid_interval({l_per_obb * obb_per_tri, kBatch * obb_per_tri, 1}, 1000);
-  };
-  CHECK(interval(0.764, 0.9).lower == Approx(5.5).epsilon(0.02));
-  CHECK(interval(1, 0.9).lower == Approx(8).epsilon(0.02));
-  CHECK(interval(2, 0.9).lower == Approx(20.4).epsilon(0.02));
-  CHECK(interval(4, 0.9).lower == Approx(50.2).epsilon(0.02));
-  CHECK(1000 / interval(1, 0.9).upper == Approx(1.37).epsilon(0.01));
-  CHECK(1000 / interval(1, 5.5).upper == Approx(6.7).epsilon(0.01));
-}
-
-TEST_CASE("grid cost: a sweep of the size of the cells shows the minimum of C_h") {
+TEST_CASE(
+    "hash grid: the cells are the cheapest that keep to the memory, and take what is expected") {
+  constexpr double kMost = 54;  // bytes a triangle
   const MeshShapeData shape = build_shape(make_icosphere(0.05, 5));
-  const QueryCosts costs{20e-9, 16e-9, 20e-9};
-  const std::vector<GridChoice> choices = weigh_cells(shape.mesh.view(), costs);
-  REQUIRE(choices.size() > 8);
-  const auto cheaper = [](const GridChoice& a, const GridChoice& b) { return a.cost < b.cost; };
-  const auto least = std::min_element(choices.begin(), choices.end(), cheaper);
-  // with finer cells there are more on the way, coarser ones have more triangles
-  CHECK(least != choices.begin());
-  CHECK(least != choices.end() - 1);
-  CHECK(std::is_sorted(least, choices.end(), cheaper));
-  CHECK(
-      std::is_sorted(choices.begin(), least + 1, [&](auto& a, auto& b) { return cheaper(b, a); }));
-  const auto n = static_cast<double>(shape.mesh.triangles.size());
-  const ValidInterval valid = valid_interval(costs, n);
-  CHECK(least->triangles > valid.lower);
-  CHECK(least->triangles < valid.upper);
-  // chosen if memory permits
-  const GridChoice chosen = choose_cell(choices);
-  for (const GridChoice& choice : choices) {
-    if (choice.bytes_per_triangle <= chosen.bytes_per_triangle) CHECK(choice.cost >= chosen.cost);
+  const TriangleMesh mesh = shape.mesh.view();
+  const auto n = static_cast<double>(mesh.triangles.size());
+  const double chosen = choose_cell(mesh);
+  const std::vector<CellSize> sizes = weigh_cells(mesh);
+  REQUIRE(sizes.size() > 8);
+  const auto best = std::find_if(sizes.begin(), sizes.end(),
+                                 [&](const CellSize& size) { return size.cell == chosen; });
+  REQUIRE(best != sizes.end());
+  CHECK(best->bytes <= kMost);
+  for (const CellSize& size : sizes) {
+    CHECK((size.bytes > kMost || size.cost >= best->cost));
+    if (size.cell > 0.01) continue;  // crowded cells behave differently
+    const HashGridData grid = with_cells(shape, size.cell).grid;
+    const auto bytes = static_cast<double>(grid.slots.size() * sizeof(GridSlot) +
+                                           grid.batches.size() * sizeof(TriangleBatch));
+    CAPTURE(size.cell, bytes / n);
+    CHECK(size.bytes == Approx(bytes / n).epsilon(0.35));
   }
-  // a memory access per lookup favours coarser cells
-  const auto slow = weigh_cells(shape.mesh.view(), {200e-9, 16e-9, 20e-9});
-  CHECK(std::min_element(slow.begin(), slow.end(), cheaper)->cell > least->cell);
-}
-
-TEST_CASE("grid cost: what is expected of a size of cells is what they hold") {
-  const MeshShapeData shape = build_shape(make_icosphere(0.05, 5));
-  const auto n = static_cast<double>(shape.mesh.triangles.size());
-  for (const GridChoice& choice : weigh_cells(shape.mesh.view(), {})) {
-    if (choice.cell > 0.01) break;  // crowded cells behave differently
-    const MeshShapeData other = with_cells(shape, choice.cell);
-    const auto bytes = static_cast<double>(other.grid.slots.size() * sizeof(GridSlot) +
-                                           other.grid.batches.size() * sizeof(TriangleBatch));
-    CAPTURE(choice.cell, choice.triangles, bytes / n);
-    CHECK(choice.bytes_per_triangle == Approx(bytes / n).epsilon(0.35));
-  }
-  CHECK(choose_cell(weigh_cells({}, {})).cell == 0);
+  // all of a box is in one cell
+  CHECK(choose_cell(build_shape(make_box({{0.1, 0.1, 0.1}})).mesh.view()) > 1);
+  CHECK(choose_cell({}) == 0);
 }

@@ -44,7 +44,7 @@ TEST_CASE("pointshell: on the true surface, normals inwards", "[contact][trap]")
 TEST_CASE("pointshell: a symmetric body has symmetric points", "[contact][trap]") {
   // sides that are integer multiples of a cube, and sides that are not
   const Vec3 extent = GENERATE(Vec3{0.02, 0.02, 0.02}, Vec3{0.02, 0.0213, 0.0172});
-  const MeshShapeData shape = build_shape(make_box(extent));
+  const MeshShapeData shape = build_shape(make_box({extent}));
   const PointshellData data = build_pointshell(shape.mesh.view(), 4e-4);
   const Pointshell shell = data.view();
   Vec3 points, normals, size;

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/config/config.h"
+
+#include <filesystem>
+#include <string>
+
+#include "proto/config/devices.h"
+#include "proto/config/read/config_body.h"
+#include "proto/config/read/config_device.h"
+#include "proto/config/read/config_joint.h"
+#include "proto/config/read/config_material.h"
+#include "proto/config/read/config_section.h"
+#include "proto/config/read/config_shape.h"
+#include "proto/config/read/config_tool.h"
+#include "proto/config/renderer_needs.h"
+#include "proto/os/message.h"
+#include "proto/os/regular_file.h"
+#include "proto/os/source_tree.h"
+#include "proto/wire/renderer.h"
+
+namespace haptic {
+
+using enum Dimension;
+
+namespace {
+
+constexpr auto kRendererWords = words_of(kRenderers);
+
+namespace fs = std::filesystem;
+
+constexpr Words<Wake, 2> kWakes{{{"sleep", Wake::kSleep}, {"hybrid", Wake::kHybrid}}};
+constexpr auto kMotionWords = words_of(kMotions);
+// [Hz], the servo's grid: slower is no haptics, faster than any device
+constexpr Range kServoRates{100, 10e3};
+constexpr Range kPollRates{10, 100e3};  // [Hz]
+constexpr Range kProxyRadii{0, 0.1};    // [m]; a larger one exceeds any scene
+constexpr int64_t kButtons = 32;        // bits of DeviceState::buttons
+
+void read_session(Section& root, SessionConfig& config) {
+  root.require("session", "[session] with name = \"bunny\"");
+  Section session = *root.section("session");
+  session.require("name", "name = \"bunny\"");
+  session.read_text("name", config.name);
+  const std::string problem = session_name_problem(view(config.name));
+  if (!problem.empty()) session.fail_at("name", problem);
+  session.read_choice("renderer", words(kRendererWords), config.renderer);
+  session.read_flag("realtime", config.realtime);
+  session.finish();
+}
+
+void read_rates(Section& root, SessionConfig& config) {
+  if (auto servo = root.section("servo")) {
+    servo->read_quantity("rate", kFrequency, kServoRates, config.servo_rate);
+    servo->read_choice("wake", words(kWakes), config.servo_wake);
+    servo->finish();
+  }
+  if (auto contact = root.section("contact")) {
+    contact->read_all({{"poll_rate", kFrequency, kPollRates, config.contact_poll_rate},
+                       {"proxy_radius", kLength, kProxyRadii, config.proxy_radius}});
+    double bytes = static_cast<double>(config.mesh_memory_limit);
+    contact->read_quantity("mesh_memory_limit", kMemory, {1 << 20, 1e15}, bytes);
+    config.mesh_memory_limit = static_cast<uint64_t>(bytes);
+    contact->read_flag("spare", config.contact_spare);
+    read_voxel(*contact, config.voxel);
+    read_pieces(*contact, config.pieces);
+    read_rigid(*contact, config.rigid);
+    contact->finish();
+  }
+}
+
+void read_map(Section& root, DeviceMap& map) {
+  auto section = root.section("map");
+  if (!section) return;
+  section->read_pose(map.X_WB);
+  section->read_number("motion_scale", kPositive, map.motion_scale);
+  section->read_number("force_scale", kPositive, map.force_scale);
+  if (auto tool = section->section("tool_on_grip")) {
+    tool->read_pose(map.X_HT);
+    tool->finish();
+  }
+  section->read_integer("clutch_button", 0, kButtons - 1, map.clutch_button);
+  section->read_integer("grasp_button", 0, kButtons - 1, map.grasp_button);
+  section->finish();
+}
+
+void read_coupling(Section& root, CouplingConfig& coupling) {
+  auto section = root.section("coupling");
+  if (!section) return;
+  section->read_all(
+      {{"stiffness", kStiffness, kNotNegative, coupling.translational_stiffness},
+       {"damping", kDamping, kNotNegative, coupling.translational_damping},
+       {"rotational_stiffness", kRotationalStiffness, kNotNegative, coupling.rotational_stiffness},
+       {"rotational_damping", kRotationalDamping, kNotNegative, coupling.rotational_damping},
+       {"max_force", kForce, kPositive, coupling.max_force},
+       {"max_torque", kTorque, kPositive, coupling.max_torque}});
+  section->finish();
+}
+
+void read_safety(Section& root, DeviceKind device, SafetyConfig& safety) {
+  // real motors need an explicit `hapt arm`
+  safety.armed_at_start = row_of(device).has_node() ? 0 : 1;
+  auto section = root.section("safety");
+  if (!section) return;
+  section->read_all(
+      {{"max_force", kForce, kPositive, safety.max_force},
+       {"max_torque", kTorque, kNotNegative, safety.max_torque},
+       {"soft_start", kTime, kNotNegative, safety.soft_start},
+       {"slew", kForceRate, kPositive, safety.slew},
+       {"torque_slew", kTorqueRate, kPositive, safety.torque_slew},
+       {"velocity_limit", kSpeed, kPositive, safety.velocity_limit},
+       {"angular_velocity_limit", kAngularSpeed, kPositive, safety.angular_velocity_limit}});
+  section->read_integer("dead_man_button", 0, kButtons - 1, safety.dead_man_button);
+  section->read_flag("armed_at_start", safety.armed_at_start);
+  section->finish();
+}
+
+void read_motion(Section& object, MotionConfig& motion) {
+  auto section = object.section("motion");
+  if (!section) return;
+  section->require("kind", "kind = \"oscillate\"");
+  section->read_choice("kind", words(kMotionWords), motion.kind);
+  const MotionKindRow& row = row_of(motion.kind);
+  if (row.is_still) return section->finish();
+  section->read_direction("axis", motion.axis_O);
+  section->read_all({{"amplitude", kLength, kNotNegative, motion.amplitude},
+                     {"frequency", kFrequency, kNotNegative, motion.frequency}});
+  section->require("frequency", "frequency = \"0.5 Hz\"");
+  if (row.has_amplitude) section->require("amplitude", "amplitude = \"5 mm\"");
+  section->finish();
+}
+
+void read_object(Section& section, SessionConfig& config, const fs::path& config_folder) {
+  if (config.n_objects == kMaxObjects) {
+    section.fail_at("name", "is one [[object]] too many; " + std::to_string(kMaxObjects) +
+                                " is the most a session can hold, join some meshes");
+  }
+  ObjectConfig& object = config.objects[config.n_objects];
+  section.require("name", "name = \"bunny\"");
+  section.read_text("name", object.name);
+  for (uint32_t i = 0; i < config.n_objects; ++i) {
+    if (config.objects[i].name == object.name) {
+      section.fail_at("name", "is used twice ('" + shown(view(object.name)) +
+                                  "'); give each [[object]] its own name");
+    }
+  }
+  read_shape(section, config_folder, object);
+  object.colour = default_colour(config.n_objects);
+  read_colour(section, object);
+  section.read_pose(object.X_WO);
+  read_motion(section, object.motion);
+  read_material(section, config, config_folder, object.material);
+  read_body(section, object, object.body);
+  section.finish();
+  ++config.n_objects;
+}
+
+/// A 6-DoF renderer needs a mesh and, if it has a proxy, springs.
+void check_body(Section& root, const SessionConfig& config) {
+  if (!is_of_body(config.renderer)) return;
+  if (!has_mesh(config.tool)) {
+    root.section("session")->fail_at(
+        "renderer",
+        "moves a tool with six degrees of freedom, and there is none; add [tool] with "
+        "mesh = \"bunny00.off\" or primitive = \"sphere\"");
+  }
+  const CouplingConfig& coupling = config.coupling;
+  if (!has_springs(config.proxy, config.renderer)) return;
+  if (coupling.translational_stiffness > 0 && coupling.rotational_stiffness > 0) return;
+  root.section("session")->fail_at(
+      "renderer",
+      "has a proxy that moves and turns, and no spring for it; set stiffness = \"800 N/m\" and "
+      "rotational_stiffness = \"2 N·m/rad\" in [coupling]");
+}
+
+SessionConfig read_config(std::string_view toml_text, const std::string& origin) {
+  if (toml_text.size() > kMostConfigText) {
+    throw ConfigError(origin + ": has more than " + std::to_string(kMostConfigText >> 10) +
+                      " KiB; make it shorter");
+  }
+  const TomlDocument document(toml_text, origin);
+  const fs::path file = fs::absolute(origin).lexically_normal();
+  const fs::path folder = file.parent_path();
+  SessionConfig config;
+  assign(config.file, file.string());
+
+  Section root = document.root();
+  read_session(root, config);
+  read_rates(root, config);
+  read_map(root, config.map);
+  read_device(root, folder, config.device);
+  read_coupling(root, config.coupling);
+  read_safety(root, config.device.kind, config.safety);
+  read_tool(root, folder, config.tool);
+  read_proxy(root, config.proxy);
+  for (Section& object : root.sections("object")) read_object(object, config, folder);
+  read_joints(root, config);
+  read_sim(root, config);
+  root.finish();
+  check_body(root, config);
+  check_rigid(root, config);
+  return config;
+}
+
+}  // namespace
+
+SessionConfig parse_config(std::string_view toml_text, const std::string& origin) {
+  try {
+    return read_config(toml_text, origin);
+  } catch (const ConfigError& error) {
+    // the message may quote the file
+    throw ConfigError(one_line(error.what()));
+  }
+}
+
+std::string read_config_text(const std::string& path) {
+  std::string text;
+  const std::string problem = read_regular_file(path, kMostConfigText, text);
+  if (!problem.empty()) {
+    const std::filesystem::path ours = shared_folder("configs");
+    throw ConfigError(path + ": " + problem + "; name a session file (.toml), examples are in " +
+                      (ours.empty() ? "configs/" : ours.string() + "/"));
+  }
+  return text;
+}
+
+SessionConfig load_config(const std::string& path) {
+  return parse_config(read_config_text(path), path);
+}
+
+}  // namespace haptic

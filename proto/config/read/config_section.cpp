@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/config/read/config_section.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+constexpr double kUnitTolerance = 1e-3;  // of the length of a typed quaternion
+constexpr size_t kLongestReason = 240;   // of a parser message, which may quote the file
+
+std::string type_name(const toml::node& node) {
+  if (node.is_table()) return "a table";
+  if (node.is_array()) return "an array";
+  if (node.is_string()) return "text";
+  if (node.is_boolean()) return "true or false";
+  if (node.is_number()) return "a number";
+  return "a date or time";
+}
+
+toml::table parse_toml(std::string_view text, const std::string& origin) {
+  try {
+    return toml::parse(text, std::string_view(origin));
+  } catch (const toml::parse_error& error) {
+    const toml::source_position at = error.source().begin;
+    throw ConfigError(origin + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
+                      ": not TOML: " + printable(error.description(), kLongestReason) +
+                      "; see https://toml.io for the syntax");
+  }
+}
+
+}  // namespace
+
+TomlDocument::TomlDocument(std::string_view text, std::string origin)
+    : origin_(std::move(origin)),
+      table_(std::make_unique<toml::table>(parse_toml(text, origin_))) {}
+
+TomlDocument::~TomlDocument() = default;
+
+Section TomlDocument::root() const {
+  return Section(*table_, "the file", origin_);
+}
+
+bool Section::has(std::string_view key) const {
+  return table_.contains(key);
+}
+
+void Section::fail(const toml::source_region& at, const std::string& what) const {
+  throw ConfigError(file_ + ":" + std::to_string(at.begin.line) + ":" +
+                    std::to_string(at.begin.column) + ": " + what);
+}
+
+void Section::fail_at(std::string_view key, const std::string& what) const {
+  const toml::node* node = table_.get(key);
+  fail(node != nullptr ? node->source() : table_.source(), "'" + std::string(key) + "' " + what);
+}
+
+void Section::fail_missing(std::string_view key, const std::string& example) const {
+  // an empty file has no position
+  toml::source_region at = table_.source();
+  at.begin.line = std::max(at.begin.line, toml::source_index{1});
+  at.begin.column = std::max(at.begin.column, toml::source_index{1});
+  fail(at, name_ + " has no '" + std::string(key) + "'; add for example " + example);
+}
+
+void Section::require(std::string_view key, const std::string& example) {
+  if (!has(key)) fail_missing(key, example);
+}
+
+const toml::node* Section::take(std::string_view key) {
+  asked_.push_back(key);
+  return table_.get(key);
+}
+
+void Section::finish() const {
+  for (auto&& [key, node] : table_) {
+    if (std::find(asked_.begin(), asked_.end(), key.str()) != asked_.end()) continue;
+    fail(key.source(), "unknown key '" + shown(key.str()) + "' in " + name_ + "; " +
+                           suggestion(key.str(), asked_));
+  }
+}
+
+double Section::quantity_of(const toml::node& node, std::string_view key, Dimension dimension,
+                            const Range& range) const {
+  const std::string quoted = "'" + std::string(key) + "' ";
+  const auto text = node.value_exact<std::string_view>();
+  if (!text) {
+    fail(node.source(),
+         quoted +
+             (node.is_number() ? std::string("needs a unit")
+                               : "is " + type_name(node) + ", not text with a unit") +
+             "; " + how_to_write(dimension));
+  }
+  try {
+    return parse_quantity(*text, dimension, range);
+  } catch (const QuantityError& error) {
+    fail(node.source(), quoted + error.what());
+  }
+}
+
+double Section::number_of(const toml::node& node, std::string_view key, const Range& range) const {
+  const std::string quoted = "'" + std::string(key) + "' ";
+  const auto value = node.is_number() ? node.value<double>() : std::nullopt;
+  if (!value) {
+    fail(node.source(), quoted + "is " + type_name(node) + ", not a number; write it without " +
+                            "quotes and unit");
+  }
+  const std::string wrong = number_problem(*value, range);
+  if (!wrong.empty()) fail(node.source(), quoted + wrong);
+  return *value;
+}
+
+const toml::array& Section::array_of(const toml::node& node, std::string_view key, size_t size,
+                                     const std::string& example) const {
+  const toml::array* array = node.as_array();
+  if (array == nullptr || array->size() != size) {
+    fail(node.source(), "'" + std::string(key) + "' must be " + std::to_string(size) +
+                            " values; write for example " + example);
+  }
+  return *array;
+}
+
+bool Section::read_quantity(std::string_view key, Dimension dimension, const Range& range,
+                            double& out) {
+  const toml::node* node = take(key);
+  if (node != nullptr) out = quantity_of(*node, key, dimension, range);
+  return node != nullptr;
+}
+
+void Section::read_all(std::initializer_list<QuantityKey> keys) {
+  for (const auto& [key, dimension, range, out] : keys) read_quantity(key, dimension, range, out);
+}
+
+bool Section::read_number(std::string_view key, const Range& range, double& out) {
+  const toml::node* node = take(key);
+  if (node != nullptr) out = number_of(*node, key, range);
+  return node != nullptr;
+}
+
+bool Section::read_integer(std::string_view key, int64_t min, int64_t max, int64_t& out) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return false;
+  const auto value = node->value_exact<int64_t>();
+  if (!value || *value < min || *value > max) {
+    fail_at(key, "must be a whole number from " + std::to_string(min) + " to " +
+                     std::to_string(max) + "; write it without quotes");
+  }
+  out = *value;
+  return true;
+}
+
+bool Section::read_flag(std::string_view key, uint32_t& out) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return false;
+  const auto value = node->value_exact<bool>();
+  if (!value) fail_at(key, "is " + type_name(*node) + "; write true or false");
+  out = *value ? 1 : 0;
+  return true;
+}
+
+bool Section::read_text(std::string_view key, std::string& out) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return false;
+  const auto value = node->value_exact<std::string>();
+  if (!value) fail_at(key, "is " + type_name(*node) + ", not text; put it in quotes");
+  if (value->empty()) fail_at(key, "is empty; write a value or remove the line");
+  out = *value;
+  return true;
+}
+
+bool Section::read_path(std::string_view key, const std::filesystem::path& folder, Path& out) {
+  std::string name;
+  if (!read_text(key, name)) return false;
+  const std::string path = std::filesystem::absolute(folder / name).lexically_normal().string();
+  if (path.size() >= out.size()) fail_at(key, "is too long");
+  assign(out, path);
+  return true;
+}
+
+bool Section::read_quantities(std::string_view key, Dimension dimension, const Range& range,
+                              Vec3& out) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return false;
+  const std::string one = "\"" + std::string(example_of(dimension)) + "\"";
+  const toml::array& array = array_of(*node, key, 3, "[" + one + ", " + one + ", " + one + "]");
+  for (int i = 0; i < 3; ++i) {
+    out[i] = quantity_of(*array.get(static_cast<size_t>(i)), key, dimension, range);
+  }
+  return true;
+}
+
+bool Section::read_lengths(std::string_view key, const Range& range, Vec3& out) {
+  return read_quantities(key, Dimension::kLength, range, out);
+}
+
+bool Section::read_rows(std::string_view key, std::span<const Dimension> columns, size_t most,
+                        std::vector<double>& out) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return false;
+  std::string example = "[";
+  for (const Dimension column : columns) {
+    example += (example.size() > 1 ? ", \"" : "\"") + std::string(example_of(column)) + "\"";
+  }
+  example += "]";
+  const toml::array* rows = node->as_array();
+  if (rows == nullptr || rows->empty() || rows->size() > most) {
+    fail(node->source(), "'" + std::string(key) + "' must be a list of 1 to " +
+                             std::to_string(most) + " rows; write for example [" + example + "]");
+  }
+  out.clear();
+  for (const toml::node& row : *rows) {
+    const toml::array& array = array_of(row, key, columns.size(), example);
+    for (size_t i = 0; i < columns.size(); ++i) {
+      out.push_back(quantity_of(*array.get(i), key, columns[i], kAny));
+    }
+  }
+  return true;
+}
+
+bool Section::read_numbers(std::string_view key, const Range& range, Vec3& out) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return false;
+  const toml::array& array = array_of(*node, key, 3, "[0, 0, 1]");
+  for (int i = 0; i < 3; ++i) {
+    out[i] = number_of(*array.get(static_cast<size_t>(i)), key, range);
+  }
+  return true;
+}
+
+bool Section::read_direction(std::string_view key, Vec3& out) {
+  Vec3 direction;
+  if (!read_numbers(key, kAny, direction)) return false;
+  const double length = norm(direction);
+  if (!(length > 0) || !std::isfinite(length)) {
+    fail_at(key, "has no direction; write for example [0, 0, 1]");
+  }
+  out = direction / length;
+  return true;
+}
+
+bool Section::read_rotation(std::string_view key, Quat& out) {
+  std::optional<Section> rotation = section(key);
+  if (!rotation) return false;
+  if (const toml::node* node = rotation->take("quaternion"); node != nullptr) {
+    const toml::array& q = array_of(*node, "quaternion", 4, "[0, 0, 0, 1]");
+    const auto part = [&](size_t i) { return number_of(*q.get(i), "quaternion", kAny); };
+    const Quat typed{part(0), part(1), part(2), part(3)};
+    if (!(std::abs(std::sqrt(dot(typed, typed)) - 1) < kUnitTolerance)) {
+      rotation->fail_at("quaternion",
+                        "has not length 1; order is x, y, z, w, none is [0, 0, 0, 1]");
+    }
+    out = normalized(typed);
+  } else {
+    Vec3 axis{0, 0, 1};
+    double angle = 0;
+    rotation->require("axis", "axis = [0, 0, 1]");
+    rotation->require("angle", "angle = \"90 deg\"");
+    rotation->read_direction("axis", axis);
+    rotation->read_quantity("angle", Dimension::kAngle, kAny, angle);
+    out = from_rotation_vector(angle * axis);
+  }
+  rotation->finish();
+  return true;
+}
+
+void Section::read_pose(Pose& out) {
+  read_lengths("position", kAny, out.p);
+  read_rotation("rotation", out.q);
+}
+
+/// Within [device] the name is device.hand, within [[object]] it is object.motion.
+std::string Section::name_within(std::string_view key) const {
+  const size_t begin = name_.find_first_not_of('[');
+  const bool is_top = begin == 0;
+  const std::string outer = is_top ? "" : name_.substr(begin, name_.find(']') - begin) + ".";
+  return outer + std::string(key);
+}
+
+std::optional<Section> Section::section(std::string_view key) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return std::nullopt;
+  const toml::table* table = node->as_table();
+  if (table == nullptr) fail_at(key, "is " + type_name(*node) + ", not a table; see configs/");
+  return Section(*table, "[" + name_within(key) + "]", file_);
+}
+
+std::vector<Section> Section::sections(std::string_view key) {
+  std::vector<Section> out;
+  const toml::node* node = take(key);
+  if (node == nullptr) return out;
+  if (!node->is_array_of_tables()) {
+    fail_at(key, "must be a list of tables; write [[" + name_within(key) + "]] in double brackets");
+  }
+  for (const toml::node& element : *node->as_array()) {
+    out.emplace_back(*element.as_table(), "[[" + name_within(key) + "]]", file_);
+  }
+  return out;
+}
+
+}  // namespace haptic
