@@ -31,7 +31,7 @@ BenchRun bench_bake(Command& command);
 
 /// Continuous collision detection compared with its peers in the same run: vertex–face and
 /// edge–edge on exact ground truth (false alarms and misses per file) and on queries at the scale
-/// of a hand, against FCL, Redon's intervals and boxes; time of impact of two tori of 27 k and 40 k
+/// of a hand, against FCL and Redon's intervals; time of impact of two tori of 27 k and 40 k
 /// triangles along motions of a hand at 1 kHz, checked by exact intersection at many earlier times.
 BenchRun bench_ccd(Command& command);
 
@@ -98,8 +98,8 @@ BenchRun bench_segment(Command& command);
 BenchRun bench_view(Command& command);
 
 /// Points of a shell tested per microsecond of CPU time on one core in maps of a bumpy sphere:
-/// Morton order and shuffled, scalar, SIMD, and in the 512-tree; compared with a ceiling that does
-/// the same arithmetic and loads only. Then for an object with many more triangles, the share of
+/// Morton order and shuffled, scalar and SIMD; compared with a ceiling that does the same arithmetic
+/// and loads only. Then for an object with many more triangles, the share of
 /// points of a passing tool that temporal coherence leaves to be tested, and whole contact steps.
 BenchRun bench_voxel(Command& command);
 

@@ -8,7 +8,6 @@
 #include <memory>
 
 #include "clients/lab/bench/peers/segment.h"
-#include "clients/lab/bench/reference/query_costs.h"
 #include "clients/lab/bench/reference/segment_searches.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/bench/workloads/workload.h"
@@ -212,7 +211,7 @@ void bench_columns(Rows& rows, const MeshShape& shape, const Segments& segments,
 void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
                  const Options& options) {
   const TriangleMesh mesh = bench.mesh.view();
-  const std::vector<GridChoice> choices = weigh_cells(mesh, measure_query_costs());
+  const std::vector<GridChoice> choices = weigh_cells(mesh, kQueryCosts);
   std::vector<HashGridData> grids;
   for (const GridChoice& choice : choices) {
     grids.push_back(build_hash_grid(mesh, bench.built.tree.view(), choice.cell));

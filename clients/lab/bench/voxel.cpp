@@ -10,7 +10,6 @@
 #include <random>
 #include <stdexcept>
 
-#include "clients/lab/bench/reference/voxel_tree.h"
 #include "clients/lab/bench/voxel_ceiling.h"
 #include "clients/lab/bench/voxel_contact.h"
 #include "clients/lab/eval/scenes/rigid_scenes.h"
@@ -156,18 +155,16 @@ void keep(size_t value) {
   asm volatile("" : : "r"(value));
 }
 
-/// One shell in one map and in the equivalent tree.
+/// One shell in one map.
 struct Trial {
   std::string name;
   const VoxmapData& map;
-  const VoxelTreeData& tree;
   const PointshellData& shell;
   bool is_judged_rate;
 };
 
 std::vector<Row> run_trial(const Trial& trial, int rounds) {
   const Voxmap map = trial.map.view();
-  const VoxelTree tree = trial.tree.view();
   const Pointshell shell = trial.shell.view();
   const auto n = static_cast<uint32_t>(shell.x.size());
   std::vector<VoxelHit> hits(n + 64);
@@ -183,10 +180,7 @@ std::vector<Row> run_trial(const Trial& trial, int rounds) {
   };
   const bool has_lanes = fastest_scan() == ScanPath::kLanes;
   std::vector<Way> ways{{"scalar", scan(ScanPath::kScalar)},
-                        {"scalar ceiling", bare(ScanPath::kScalar)},
-                        {"512-tree, scalar", [&](const ShellInVoxels& at) {
-                           return scan_voxels(tree, shell, at, 0, n, hits, 0);
-                         }}};
+                        {"scalar ceiling", bare(ScanPath::kScalar)}};
   if (has_lanes) {
     ways.push_back({"lanes", scan(ScanPath::kLanes)});
     ways.push_back({"ceiling", bare(ScanPath::kLanes)});
@@ -201,13 +195,12 @@ std::vector<Row> run_trial(const Trial& trial, int rounds) {
   rows.add(prefix + "points not free",
            static_cast<double>(touching) / static_cast<double>(poses.size() * n));
   for (const Way& way : ways) rows.add(prefix + way.name, median(way.rates), "1/µs");
-  rows.add(prefix + "512-tree over map, scalar", median_ratio(ways[2], ways[0]));
   rows.add(prefix + "scalar over its ceiling", median_ratio(ways[0], ways[1]));
   if (!has_lanes) {
     rows.note(prefix + "lanes", "LEFT OUT: this processor has no AVX2");
     return rows.rows();
   }
-  const double ratio = median_ratio(ways[3], ways[4]), rate = median(ways[3].rates);
+  const double ratio = median_ratio(ways[2], ways[3]), rate = median(ways[2].rates);
   rows.at_least(prefix + "lanes over ceiling", ratio, "", kGoalOfCeiling);
   if (trial.is_judged_rate) {
     rows.at_least(prefix + "points tested", rate, "1/µs", kGoalRate);
@@ -219,21 +212,19 @@ std::vector<Row> run_map(const Options& options, uint32_t side,
                          std::span<const PointshellData> shells) {
   const MeshData mesh = bumpy_sphere(kToolFrequency, 1);
   const VoxmapData map = map_of(mesh, side);
-  const VoxelTreeData tree = build_voxel_tree(map.view());
   const std::string name = std::to_string(side) + "³";
   Rows rows(name);
   const auto voxels = static_cast<double>(map.index.size() * kBrickSide * kBrickSide * kBrickSide);
   rows.add(name + ", map", map.bytes(), "B");
-  rows.add(name + ", 512-tree", tree.bytes(), "B");
   rows.add(name + ", dense", voxels / 4, "B");
   for (size_t i = 0; i < shells.size(); ++i) {
     const uint32_t n = options.points[i];
     const std::string points = name + ", " + std::to_string(n) + " points, ";
     const bool is_judged = side == kJudgedSide && n == kJudgedPoints;
     const PointshellData ordered = kept_inside(map.view(), shells[i], poses_in(map.view()));
-    rows.append(run_trial({points + "ordered", map, tree, ordered, is_judged}, options.rounds));
+    rows.append(run_trial({points + "ordered", map, ordered, is_judged}, options.rounds));
     const PointshellData mixed = shuffled(ordered);
-    rows.append(run_trial({points + "shuffled", map, tree, mixed, false}, options.rounds));
+    rows.append(run_trial({points + "shuffled", map, mixed, false}, options.rounds));
   }
   return rows.rows();
 }

@@ -14,7 +14,7 @@ struct QueryCosts {
   double triangle = 1;  // C_tri: the exact test
 };
 
-/// As `hapt bench segment` measures them on one core of a server [s]. What another machine takes
+/// Measured on one core of a server at 4bf98757 (bench/reference/query_costs) [s]. What another machine takes
 /// decides nothing: on every mesh measured the finest cells that memory allows are the cheapest.
 inline constexpr QueryCosts kQueryCosts{15e-9, 17e-9, 42e-9};
 
