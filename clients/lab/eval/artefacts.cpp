@@ -5,7 +5,10 @@
 #include <cmath>
 #include <functional>
 
+#include "clients/hapt/check_outputs.h"
+#include "clients/hapt/options.h"
 #include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "clients/report/plot_svg.h"
 #include "proto/wire/renderer.h"
@@ -142,6 +145,20 @@ std::vector<Row> eval_artefacts(const std::string& plot) {
   }
   if (!plot.empty()) write_svg(plot, "the artefacts of the penalty method", {edge, plate});
   return rows.rows();
+}
+
+Measured suite_artefacts(Command& command) {
+  struct Options {
+    std::string plot;
+    bool overwrite = false;
+  };
+  const auto options = std::make_shared<Options>();
+  add_plot(command, options->plot, "draw the forces into this file");
+  add_overwrite(command, options->overwrite);
+  return [options] {
+    check_outputs({options->plot}, {}, options->overwrite);
+    return eval_artefacts(options->plot);
+  };
 }
 
 }  // namespace haptic

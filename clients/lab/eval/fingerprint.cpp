@@ -2,28 +2,22 @@
 #include "clients/lab/eval/fingerprint.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <optional>
 
-#include "contact/bake/session.h"
-#include "device-io/device.h"
-#include "proto/config/config.h"
+#include "clients/hapt/options.h"
+#include "clients/lab/support/measurement.h"
+#include "clients/lab/support/offline_session.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/os/message.h"
 #include "proto/os/progress.h"
+#include "proto/os/session_file.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {
 namespace {
-
-std::string in_hex(uint64_t hash) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
-  return text;
-}
 
 struct Run {
   std::string hash;
@@ -31,10 +25,8 @@ struct Run {
 };
 
 Run run_session(const SessionConfig& config, const FingerprintEval& eval) {
-  const BakedSession baked = bake_session(config);
-  const ContactShapes shapes = baked.shapes();
-  const std::unique_ptr<Device> hand = open_device(config.device);
-  Lockstep session(config, shapes, *hand, eval.lockstep);
+  PlayedSession played(config, eval.lockstep);
+  Lockstep& session = played.lockstep;
   const auto ticks = static_cast<uint64_t>(eval.seconds * config.servo_rate);
   Run run;
   for (uint64_t k = 0; k < ticks && session.step(); ++k) {
@@ -91,6 +83,24 @@ std::vector<Row> eval_fingerprint(const FingerprintEval& eval) {
     }
   }
   return rows.rows();
+}
+
+Measured suite_fingerprint(Command& command) {
+  const auto eval = std::make_shared<FingerprintEval>();
+  add_duration(command, "--for", eval->seconds, "of each session").show_default();
+  add_lockstep(command, eval->lockstep);
+  command.option(
+      "--forces FOLDER", eval->forces,
+      "keeps the forces of one build here and prints the largest difference of the next");
+  return [eval] {
+    // all session files beside the default one
+    const std::filesystem::path usual = find_session_file(OfflineSession{}.config);
+    for (const auto& entry : std::filesystem::directory_iterator(usual.parent_path())) {
+      if (entry.path().extension() == ".toml") eval->configs.push_back(entry.path());
+    }
+    std::sort(eval->configs.begin(), eval->configs.end());
+    return eval_fingerprint(*eval);
+  };
 }
 
 }  // namespace haptic

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "proto/math/units.h"
 #include "proto/os/progress.h"
@@ -194,6 +195,10 @@ std::vector<Row> eval_free(const FreeEval& eval) {
     rows.append(free_rows(renderers[i].name, found[i]));
   }
   return rows.rows();
+}
+
+Measured suite_free(Command&) {
+  return [] { return eval_free({}); };
 }
 
 }  // namespace haptic

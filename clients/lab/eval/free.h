@@ -73,7 +73,7 @@ struct FreeEval {
   bool all_scenes = true;      // false: the peg only
 };
 
-/// `hapt eval --suite free`. Throws MeshError.
+/// `hapt eval free`. Throws MeshError.
 std::vector<Row> eval_free(const FreeEval& eval);
 
 }  // namespace haptic

@@ -9,6 +9,8 @@
 
 #include "clients/lab/eval/oracle/exact_cgal.h"
 #include "clients/lab/eval/rigid.h"
+#include "clients/lab/support/measurement.h"
+#include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
@@ -150,6 +152,13 @@ std::vector<Row> eval_moving(const MovingEval& eval) {
     rows.append(seeds.rows());
   }
   return rows.rows();
+}
+
+Measured suite_moving(Command& command) {
+  const auto eval = std::make_shared<MovingEval>();
+  command.option("--scenes", eval->scenes, "how many").range(1, 1'000'000).show_default();
+  add_lockstep(command, eval->lockstep);
+  return [eval] { return eval_moving(*eval); };
 }
 
 }  // namespace haptic

@@ -59,7 +59,7 @@ class MovingJudge {
 /// Runs a session of servo, contact and sim in lockstep.
 MovingFound run_moving(const MovingScene& scene, Renderer renderer, const LockstepOptions& options);
 
-/// `hapt eval --suite moving`: both renderers whose tool never enters an object, in every scene.
+/// `hapt eval moving`: both renderers whose tool never enters an object, in every scene.
 std::vector<Row> eval_moving(const MovingEval& eval);
 
 }  // namespace haptic

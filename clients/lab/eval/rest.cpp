@@ -7,6 +7,7 @@
 #include "clients/lab/eval/oracle/place.h"
 #include "clients/lab/eval/oracle/rest_cgal.h"
 #include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
@@ -113,6 +114,10 @@ std::vector<Row> eval_rest(const RestEval& eval) {
     }
   }
   return rows.rows();
+}
+
+Measured suite_rest(Command&) {
+  return [] { return eval_rest({}); };
 }
 
 }  // namespace haptic

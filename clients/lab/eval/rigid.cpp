@@ -7,8 +7,12 @@
 #include <limits>
 #include <numbers>
 
+#include "clients/hapt/options.h"
+#include "clients/lab/support/measurement.h"
+#include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "contact/shape/mesh/tool_body.h"
+#include "proto/math/units.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 
@@ -158,6 +162,22 @@ std::vector<Row> eval_rigid(RigidEval eval) {
     }
   }
   return rows.rows();
+}
+
+Measured suite_rigid(Command& command) {
+  struct Options {
+    RigidEval eval;
+    double seconds = 4;
+  };
+  const auto options = std::make_shared<Options>();
+  options->eval.meshes = meshes_folder();
+  add_duration(command, "--for", options->seconds, "how long the hand shakes in each scene")
+      .show_default();
+  add_lockstep(command, options->eval.lockstep);
+  return [options] {
+    options->eval.ticks = static_cast<uint64_t>(options->seconds / kTick);
+    return eval_rigid(options->eval);
+  };
 }
 
 }  // namespace haptic

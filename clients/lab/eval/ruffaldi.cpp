@@ -5,6 +5,8 @@
 #include <random>
 
 #include "clients/lab/eval/renderer.h"
+#include "clients/lab/support/measurement.h"
+#include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "contact/bake/bake.h"
 #include "contact/query/point/closest_point.h"
@@ -234,6 +236,23 @@ std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
   rows.add("direction jump in a tick, max", c.direction_jump, "rad");
   if (!scanned) rows.add("bound of the mesh's error, h²κ/8·k", work.facet_error, "N");
   return rows.rows();
+}
+
+Measured suite_ruffaldi(Command& command) {
+  const auto eval = std::make_shared<RuffaldiEval>();
+  command.option("--surface", eval->surface, "plane, sphere, torus or bumpy")
+      .one_of({"plane", "sphere", "torus", "bumpy"})
+      .show_default();
+  command
+      .quantity("--noise", eval->noise, Dimension::kLength, {0, 1e-3},
+                "of the tracker, σ; a number without unit is in metres", "m")
+      .show_default();
+  command.option("--mesh FILE", eval->mesh, "what was scanned");
+  command.option("--traj FILE", eval->traj, "a scan of this mesh instead of a surface")
+      .needs("--mesh");
+  add_scan_size(command, eval->size);
+  add_lockstep(command, eval->lockstep);
+  return [eval] { return eval_ruffaldi(*eval); };
 }
 
 }  // namespace haptic

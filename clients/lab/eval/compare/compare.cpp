@@ -7,8 +7,13 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <sstream>
 #include <utility>
 
+#include "clients/hapt/check_outputs.h"
+#include "clients/hapt/options.h"
+#include "clients/lab/support/measurement.h"
+#include "clients/lab/support/offline_session.h"
 #include "clients/log/log_columns.h"
 #include "clients/log/log_eyes.h"
 #include "clients/log/trace_writer.h"
@@ -235,8 +240,11 @@ void write_eyes(TraceWriter& trace, const SessionConfig& config, const BakedSess
   for (uint32_t i = 0; i < config.n_objects; ++i) add(i);
 }
 
-std::string cell(double value, const std::string& unit) {
-  return readable(value, unit);
+std::vector<std::string> words_of(const std::string& list) {
+  std::vector<std::string> words;
+  std::istringstream in(list);
+  for (std::string word; std::getline(in, word, ',');) words.push_back(word);
+  return words;
 }
 
 }  // namespace
@@ -249,7 +257,7 @@ SessionConfig config_of_column(const SessionConfig& config, const std::string& c
     const auto is_it = [&](const auto& row) { return word == row.first; };
     const auto solver = std::ranges::find_if(kSolvers, is_it);
     if (solver == kSolvers.end()) {
-      throw UsageError("--compare: no solver '" + shown(word) +
+      throw UsageError("compare: no solver '" + shown(word) +
                        "'; known: direct, penalty-dynamics, quasi-static");
     }
     out.proxy.solver = solver->second;
@@ -259,7 +267,7 @@ SessionConfig config_of_column(const SessionConfig& config, const std::string& c
   if (column.starts_with("voxel")) out.voxel.is_wanted = 1;
   use_renderer(out, column.substr(0, slash));
   if (slash != std::string::npos && !is_soft(out.renderer)) {
-    throw UsageError("--compare: '" + shown(column) +
+    throw UsageError("compare: '" + shown(column) +
                      "': only voxel, direct6, localized and "
                      "sensation have solvers");
   }
@@ -297,9 +305,8 @@ std::vector<CompareFigures> compare_renderers(const CompareEval& eval) {
     columns.push_back(
         std::make_unique<Column>(configs[i], eval.columns[i], baked, shapes, eval.lockstep, layer));
   }
-  const bool replay = row_of(eval.config.device.kind).is_recorded;
-  const auto ticks = static_cast<uint64_t>(eval.seconds * eval.config.servo_rate);
-  for (uint64_t k = 0; replay || k < ticks; ++k) {
+  const uint64_t ticks = ticks_of(eval.config, eval.seconds);
+  for (uint64_t k = 0; k < ticks; ++k) {
     size_t running = 0;
     for (size_t i = 0; i < columns.size(); ++i) {
       if (!columns[i]->step()) continue;
@@ -354,8 +361,8 @@ void print_comparison(std::ostream& out, const std::vector<CompareFigures>& figu
     put(f.name, kName);
     put(way_of_column(config_of_column(eval.config, f.name)), kWay);
     for (const std::string& text :
-         {cell(f.free_force, "N"), cell(f.depth_max, "m"), cell(f.depth_mean, "m"),
-          cell(f.force_step, "N"), cell(f.returned, "J"), cell(f.contact_force, "N"),
+         {readable(f.free_force, "N"), readable(f.depth_max, "m"), readable(f.depth_mean, "m"),
+          readable(f.force_step, "N"), readable(f.returned, "J"), readable(f.contact_force, "N"),
           std::string(f.is_massless ? "yes" : "no")}) {
       put(text, kCell);
     }
@@ -368,6 +375,36 @@ void print_comparison(std::ostream& out, const std::vector<CompareFigures>& figu
          "  virtual coupling   voxel/quasi-static (no mass),      god-object6 (no mass),\n"
          "                     voxel/penalty-dynamics (mass):     constrained6 (mass): it never\n"
          "                     the proxy is F/k deep              enters an object\n";
+}
+
+Measured suite_compare(Command& command) {
+  struct Options {
+    OfflineSession session;
+    std::string columns, output;
+    bool overwrite = false;
+  };
+  const auto options = std::make_shared<Options>();
+  command
+      .option("COLUMNS", options->columns,
+              "renderers divided by commas, with a solver where they have some, as "
+              "god-object6,voxel/quasi-static")
+      .required();
+  add_offline_session(command, options->session);
+  command.option("-o,--output FILE.mcap", options->output,
+                 "a recording with the topics of each renderer; no clock is in it, the same "
+                 "comparison is the same file");
+  add_overwrite(command, options->overwrite);
+  return [options] {
+    const OfflineSession& session = options->session;
+    const std::string file = session.file();
+    const CompareEval eval{words_of(options->columns), session.load(),
+                           read_config_text(file),     options->output,
+                           session.lockstep,           session.seconds};
+    check_outputs({eval.output}, {session.trace, file}, options->overwrite);
+    const std::vector<CompareFigures> figures = compare_renderers(eval);
+    return Report(rows_of(figures, eval),
+                  [figures, eval](std::ostream& out) { print_comparison(out, figures, eval); });
+  };
 }
 
 }  // namespace haptic

@@ -24,6 +24,13 @@ BakedShape bake_scan(const std::string& file, double size) {
   return bake_object(object, SessionConfig{}.mesh_memory_limit);
 }
 
+void add_scan_size(Command& command, double& size) {
+  command
+      .quantity("--size", size, Dimension::kLength, {1e-3, 10},
+                "longest side of a mesh file; a number without unit is in metres", "m")
+      .show_default();
+}
+
 ToolPath path_through(std::vector<Vec3> positions) {
   const auto way = std::make_shared<const std::vector<Vec3>>(std::move(positions));
   return [way](double t) {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "clients/report/spectrum.h"
 #include "proto/math/units.h"
@@ -180,6 +181,10 @@ std::vector<Row> eval_slow_contact(const SlowEval& eval) {
     }
   }
   return rows.rows();
+}
+
+Measured suite_slow_contact(Command&) {
+  return [] { return eval_slow_contact({}); };
 }
 
 }  // namespace haptic

@@ -65,7 +65,7 @@ struct SlowEval {
   uint32_t phases = 20;   // of contact against the hand, at the edge
 };
 
-/// `hapt eval --suite slow-contact`: contacts throttled to 50, 100, 200 and 1000 Hz.
+/// `hapt eval slow-contact`: contacts throttled to 50, 100, 200 and 1000 Hz.
 std::vector<Row> eval_slow_contact(const SlowEval& eval);
 
 }  // namespace haptic
