@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/bench/benches.h"
+#include "clients/lab/support/measurement.h"
 
 #include <algorithm>
 #include <memory>
@@ -29,7 +29,7 @@ struct Options {
   std::string queries;  // folder of ground truth; empty: the part of it in tests/data
   size_t hand_scale = 20000;
   size_t motions = 200;  // of the tori
-  int rounds = 1;
+  int rounds = 5;
 };
 
 struct Tally {
@@ -275,7 +275,11 @@ std::vector<Row> all_rows(const Options& options) {
 
 }  // namespace
 
-BenchRun bench_ccd(Command& command) {
+/// Continuous collision detection compared with its peers in the same run: vertex–face and
+/// edge–edge on exact ground truth (false alarms and misses per file) and on queries at the scale
+/// of a hand, against FCL and Redon's intervals; time of impact of two tori of 27 k and 40 k
+/// triangles along motions of a hand at 1 kHz, checked by exact intersection at many earlier times.
+Measured bench_ccd(Command& command) {
   const auto options = std::make_shared<Options>();
   if (const std::string data = environment("HAPTICD_DATA"); !data.empty()) {
     options->queries = data + "/ccd-queries";
@@ -283,7 +287,8 @@ BenchRun bench_ccd(Command& command) {
   command.option("--queries FOLDER", options->queries, "folder of ground-truth queries")
       .show_default("those of tests/data");
   command.option("--motions", options->motions, "of the two tori").range(1, 100000).show_default();
-  return run_rounds(options, all_rows);
+  add_rounds(command, options->rounds, "alternations");
+  return [options] { return all_rows(*options); };
 }
 
 }  // namespace haptic

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "clients/lab/bench/benches.h"
 #include "clients/lab/bench/workloads/lod_pairs.h"
 #include "clients/lab/bench/workloads/turns.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "contact/bake/session.h"
 #include "contact/step.h"
@@ -168,7 +168,10 @@ std::vector<Row> run(const Options& options) {
 
 }  // namespace
 
-BenchRun bench_lod(Command& command) {
+/// Contact levels of detail: whole contact steps of voxel, sensation, localized, direct6 and
+/// god-object6 on the same poses of pairs in contact over much of their surface, in turns, with the
+/// force of each and its error against the exact queries (every piece, every triangle).
+Measured bench_lod(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--pair PAIR", options->pairs, "bolt, teeth or joint; several may be given")
       .one_of(kLodPairs);
@@ -177,7 +180,7 @@ BenchRun bench_lod(Command& command) {
       .show_default();
   command.quantity("--threshold", options->threshold, Dimension::kLength, {0, 10e-3},
                    "haptic error beyond which sensation refines", "m");
-  return [options](int) { return run(*options); };
+  return [options] { return run(*options); };
 }
 
 }  // namespace haptic

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/bench/benches.h"
+#include "clients/lab/support/measurement.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,7 @@ constexpr size_t kSameContacts = 50;  // ticks with the same contacts
 constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
 
 struct Options {
-  int rounds = 1;
+  int rounds = 3;
   size_t ticks = 5000;
   size_t exact_ticks = 100;  // CGAL's solver takes milliseconds
 };
@@ -271,7 +271,9 @@ std::vector<Row> all_rows(const Options& options) {
 
 }  // namespace
 
-BenchRun bench_qp(Command& command) {
+/// Times of the solvers in proto/math for one body at 1 to 64 contacts, compared with CGAL's exact
+/// quadratic program and Bullet's Dantzig pivoting.
+Measured bench_qp(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--ticks", options->ticks, "questions of each kind")
       .range(100, 1000000)
@@ -279,7 +281,8 @@ BenchRun bench_qp(Command& command) {
   command.option("--exact-ticks", options->exact_ticks, "of them, also asked of CGAL")
       .range(1, 100000)
       .show_default();
-  return run_rounds(options, all_rows);
+  add_rounds(command, options->rounds, "times each question is asked");
+  return [options] { return all_rows(*options); };
 }
 
 }  // namespace haptic

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/bench/benches.h"
+#include "clients/lab/support/measurement.h"
 
 #include <algorithm>
 #include <array>
@@ -27,7 +27,7 @@ constexpr double kGoalMedian = 0.5, kGoalP99 = 0.7, kGoalGrowth = 1.5, kGoalSpre
 constexpr size_t kSweptTriangles = 100'000;  // at most; a sweep builds a grid for each size
 
 struct Options {
-  int rounds = 1;
+  int rounds = 3;
   size_t segments = 20000, checked = 200;
   // triangles: 5 k, 18 k, 79 k, 328 k and 499 k; 12 k and 1.0 M
   std::vector<std::string> meshes{"bump:16", "bump:30",  "bump:63",   "bump:128", "bump:158",
@@ -324,7 +324,9 @@ std::vector<Row> all_rows(const Options& options) {
 
 }  // namespace
 
-BenchRun bench_segment(Command& command) {
+/// First hit of a dragged probe (workload W1), in alternation with other libraries, and the ratios
+/// hybrid : grid : tree : naive.
+Measured bench_segment(Command& command) {
   const auto options = std::make_shared<Options>();
   command
       .option("--mesh", options->meshes,
@@ -336,7 +338,8 @@ BenchRun bench_segment(Command& command) {
   command.option("--checked", options->checked, "segments compared with brute force, a mesh")
       .range(1, 1000000)
       .show_default();
-  return run_rounds(options, all_rows);
+  add_rounds(command, options->rounds, "times each segment is asked");
+  return [options] { return all_rows(*options); };
 }
 
 }  // namespace haptic
