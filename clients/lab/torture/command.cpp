@@ -85,7 +85,7 @@ struct Tally {
 };
 
 struct Result {
-  std::array<Tally, kFaultKinds> tallies;
+  std::vector<Tally> tallies{all_faults().size()};
   SampleAccount samples;
   uint64_t faults = 0, violations = 0, between = 0, unseen = 0;
   double minutes = 0;
@@ -116,7 +116,7 @@ class Deck {
  private:
   void refill() {
     std::vector<FaultKind> fresh;
-    for (const FaultInfo& info : kFaults) {
+    for (const FaultInfo& info : all_faults()) {
       if (info.is_of_six && !six_) continue;
       fresh.insert(fresh.end(), static_cast<size_t>(info.share), info.kind);
     }
@@ -216,7 +216,7 @@ double seconds(int64_t ns) {
 /// The results as rows: one case per kind, and the totals.
 std::vector<Row> make_rows(const TortureCommand& options, const Result& result) {
   std::vector<Row> all;
-  for (const FaultInfo& info : kFaults) {
+  for (const FaultInfo& info : all_faults()) {
     if (info.is_of_six && !options.six) continue;
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
     Rows rows{std::string(info.name)};
@@ -294,7 +294,7 @@ void print_kinds(const Result& result, bool six) {
     std::cout << '\n';
   };
   line({"fault", "count", "violations", "worst to zero", "worst to whole", "excused", "stated"});
-  for (const FaultInfo& info : kFaults) {
+  for (const FaultInfo& info : all_faults()) {
     if (info.is_of_six && !six) continue;
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
     line({std::string(info.name), std::to_string(tally.count), std::to_string(tally.violated),
