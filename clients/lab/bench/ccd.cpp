@@ -46,30 +46,20 @@ double longest(const Contestant& c) {
   return *std::max_element(c.times.begin(), c.times.end());
 }
 
-/// The fastest round of each query: the rest is due to the machine.
-std::vector<double> fastest(const Contestant& c, size_t n) {
-  std::vector<double> best(c.times.begin(), c.times.begin() + static_cast<std::ptrdiff_t>(n));
-  for (size_t k = n; k < c.times.size(); ++k) best[k % n] = std::min(best[k % n], c.times[k]);
-  return best;
-}
-
-void add_times(Rows& rows, const std::string& name, const std::vector<double>& best) {
-  if (best.empty()) return;
-  rows.add(name + ": p50 of the fastest rounds", percentile(best, 50), "s");
-  rows.add(name + ": p99 of the fastest rounds", percentile(best, 99), "s");
-  rows.add(name + ": max of the fastest rounds", percentile(best, 100), "s");
+void add_best(Rows& rows, const std::string& name, const std::vector<double>& best) {
+  if (!best.empty()) add_times(rows, name + ", fastest rounds:", best);
 }
 
 /// The times over all queries, and over those of each kind.
 void add_times(Rows& rows, const Contestant& c, const std::vector<CcdQuery>& queries) {
   const std::vector<double> best = fastest(c, queries.size());
-  add_times(rows, c.name, best);
+  add_best(rows, c.name, best);
   for (const bool is_face : {true, false}) {
     std::vector<double> of_kind;
     for (size_t i = 0; i < queries.size(); ++i) {
       if (queries[i].is_face == is_face) of_kind.push_back(best[i]);
     }
-    add_times(rows, c.name + (is_face ? ", vertex-face" : ", edge-edge"), of_kind);
+    add_best(rows, c.name + (is_face ? ", vertex-face" : ", edge-edge"), of_kind);
   }
 }
 
@@ -258,7 +248,7 @@ void bench_impact(Rows& rows, const Options& options) {
   rows.at_most("own: p99 of the fastest rounds", p99, "s", kImpactP99Goal);
   rows.add("own: max of all rounds", longest(contestants[0]), "s");
   if (fcl) {
-    add_times(rows, contestants[1].name, fastest(contestants[1], n));
+    add_best(rows, contestants[1].name, fastest(contestants[1], n));
     rows.add("own over " + contestants[1].name, median_ratio(contestants[0], contestants[1]));
   }
 }

@@ -10,7 +10,7 @@
 #include "clients/lab/bench/peers/closest.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/bench/workloads/workload.h"
-#include "clients/lab/eval/scenes/rigid_scenes.h"
+#include "clients/lab/support/scan.h"
 #include "contact/bake/bake.h"
 #include "contact/query/point/closest_point.h"
 #include "contact/shape/mesh/mesh_topology.h"
@@ -119,17 +119,6 @@ std::vector<Row> run_mesh(const WorkloadMesh& mesh, int rounds) {
   const Trial far{mesh.name + " far", mesh, shape, far_points(shape, mesh.kind, 4000)};
   rows.append(run_trial(far, rounds, true));
   return rows.rows();
-}
-
-/// A mesh file without repair, so that peers get the same triangles.
-WorkloadMesh read_scanned(const std::string& name, const std::string& path) {
-  ObjectConfig object;
-  assign(object.mesh, path);
-  object.allow_open = 1;
-  const BakedShape baked = bake_object(object, uint64_t{1} << 33);
-  const TriangleMesh& mesh = baked.shape.mesh;
-  return make_scanned(name, {{mesh.vertices.begin(), mesh.vertices.end()},
-                             {mesh.triangles.begin(), mesh.triangles.end()}});
 }
 
 std::vector<Row> all_rows(const Options& options) {

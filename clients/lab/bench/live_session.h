@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "clients/hapt/scratch_folder.h"
 #include "clients/hapt/session_process.h"
 #include "clients/library/client.h"
 #include "clients/library/histogram.h"
@@ -14,11 +15,11 @@ namespace haptic {
 /// A folder of its own for the session of a bench and what its programs say; hapticd and clients of
 /// this process use it from then on.
 struct RuntimeFolder {
-  std::string path;
-  explicit RuntimeFolder(const std::string& bench);
-  ~RuntimeFolder();
-  RuntimeFolder(const RuntimeFolder&) = delete;
-  RuntimeFolder& operator=(const RuntimeFolder&) = delete;
+  RuntimeFolder();
+  const std::string& path() const { return folder_.path(); }
+
+ private:
+  ScratchFolder folder_;
 };
 
 /// Looks every 10 ms until it holds; throws std::runtime_error with `what` after 20 s.
@@ -30,6 +31,7 @@ struct SessionWindow {
   double wake_p99 = 0;                // its lateness [s]
   double contact_rate = 0;            // answers a second
   double contacts = 0;                // mean number of planes that push
+  double seconds = 0;                 // how long it lasted
 };
 
 /// hapticd with the session file at a path, and a client that watches servo and contact.

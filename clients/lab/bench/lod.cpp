@@ -80,10 +80,10 @@ void step(const LodPair& pair, int tick, Course& course) {
   servo.V_WT = servo.V_WP = {way.v / kTick, way.w / kTick};
   servo.renderer = static_cast<uint32_t>(course.renderer);
   const auto set = std::make_unique<ContactSet>();
-  const int64_t ns =
-      cpu_ns_of([&] { *set = contact_step(*course.model, *course.state, servo, nullptr); });
+  const double took =
+      cpu_seconds_of([&] { *set = contact_step(*course.model, *course.state, servo, nullptr); });
   if (tick < 0) return;
-  course.times.push_back(1e-9 * static_cast<double>(ns));
+  course.times.push_back(took);
   course.n_cut += (set->flags & kContactIterationLimit) != 0;
   const bool is_soft = row_of(course.renderer).moves == Moves::kSoftBody;
   course.forces.push_back(is_soft ? wrench_of(*set, servo) : Wrench{});
@@ -133,10 +133,7 @@ std::vector<Row> run_pair(const LodPair& pair, const BakedSession& baked, const 
   for (const Course& course : courses) {
     const std::string prefix = course.name + ", ";
     const bool is_judged = &course == &sensation && triangles >= kJudged;
-    rows.add(prefix + "contact_step CPU p50", percentile(course.times, 50), "s");
-    rows.at_most(prefix + "contact_step CPU p99", percentile(course.times, 99), "s",
-                 goal_if(is_judged, kGoalStep));
-    rows.add(prefix + "contact_step CPU max", percentile(course.times, 100), "s");
+    add_times(rows, prefix + "contact_step CPU", course.times, goal_if(is_judged, kGoalStep));
     rows.add(prefix + "answers cut short", course.n_cut);
     if (row_of(course.renderer).moves != Moves::kSoftBody) continue;
     rows.add(prefix + "force, rms", rms_of(course.forces), "N");

@@ -47,19 +47,6 @@ struct Work {
   std::string name() const { return std::to_string(n) + " x " + std::to_string(n); }
 };
 
-/// The least of the rounds for each query, which leaves out what the machine disturbs.
-std::vector<double> least_times(const Contestant& c, size_t n) {
-  std::vector<double> least(c.times.begin(), c.times.begin() + static_cast<std::ptrdiff_t>(n));
-  for (size_t i = n; i < c.times.size(); ++i) least[i % n] = std::min(least[i % n], c.times[i]);
-  return least;
-}
-
-void add_times(Rows& rows, const std::string& name, const std::vector<double>& times) {
-  rows.add(name + " p50", percentile(times, 50), "s");
-  rows.add(name + " p99", percentile(times, 99), "s");
-  rows.add(name + " max", percentile(times, 100), "s");
-}
-
 /// Enters the peers after the subject, which is the first.
 std::vector<std::vector<double>> enter_peers(std::vector<Contestant>& contestants,
                                              const std::vector<HullPeer>& peers,
@@ -76,7 +63,7 @@ void add_peers(Rows& rows, const std::vector<Contestant>& contestants,
                const std::vector<std::vector<double>>& answers, const std::vector<double>& exact) {
   for (size_t k = 0; k < answers.size(); ++k) {
     const Contestant& peer = contestants[k + 1];
-    const std::vector<double> times = least_times(peer, exact.size());
+    const std::vector<double> times = fastest(peer, exact.size());
     rows.add(peer.name + " p50", percentile(times, 50), "s");
     rows.add(peer.name + " p99", percentile(times, 99), "s");
     size_t wrong = 0;
@@ -111,11 +98,9 @@ void add_truth(Rows& rows, const std::vector<PenetrationDepth>& found,
 
 size_t allocations(const Work& work) {
   ConvexPairState state;
-  RtGuard guard({.filter_system_calls = false});
-  guard.arm();
-  for (const Pose& X_AB : work.poses) penetration_depth(HullPair(work.a, work.b, X_AB), state);
-  guard.disarm();
-  return guard.report().of(Violation::kAllocate).count + guard.report().of(Violation::kFree).count;
+  return allocations_of([&] {
+    for (const Pose& X_AB : work.poses) penetration_depth(HullPair(work.a, work.b, X_AB), state);
+  });
 }
 
 std::vector<Row> bench_depth(const Work& work, int rounds) {
@@ -137,7 +122,7 @@ std::vector<Row> bench_depth(const Work& work, int rounds) {
   take_turns(contestants, n, kChunk, rounds);
 
   Rows rows("depth, " + work.name());
-  const std::vector<double> times = least_times(contestants[0], n);
+  const std::vector<double> times = fastest(contestants[0], n);
   const double median = percentile(times, 50);
   rows.at_most("walk p50", median, "s",
                work.n == 100   ? std::optional(1e-6)
@@ -148,13 +133,13 @@ std::vector<Row> bench_depth(const Work& work, int rounds) {
   rows.add("walk p99, with what the machine disturbs", percentile(contestants[0].times, 99), "s");
   add_truth(rows, found, exact, times);
   if (!peers.empty() && peers[0].name.starts_with("Bullet")) {
-    rows.at_most("walk p50 over Bullet's", median / percentile(least_times(contestants[1], n), 50),
-                 "", goal_if(work.n == 100, 0.25));
+    rows.at_most("walk p50 over Bullet's", median / percentile(fastest(contestants[1], n), 50), "",
+                 goal_if(work.n == 100, 0.25));
   } else {
     rows.note("Bullet", kLeftOut);
   }
   add_peers(rows, contestants, answers, exact);
-  add_times(rows, "polytope, always", least_times(contestants.back(), n));
+  add_times(rows, "polytope, always", fastest(contestants.back(), n));
   rows.none("allocations", allocations(work));
   return rows.rows();
 }
@@ -178,7 +163,7 @@ std::vector<Row> bench_distance(const Work& work, int rounds) {
   take_turns(contestants, n, kChunk, rounds);
 
   Rows rows("distance, " + work.name());
-  add_times(rows, "feature walk", least_times(contestants[0], n));
+  add_times(rows, "feature walk", fastest(contestants[0], n));
   rows.add("steps, mean", static_cast<double>(n_steps) / static_cast<double>(n) / rounds);
   add_peers(rows, contestants, answers, found);
   if (peers.empty()) {

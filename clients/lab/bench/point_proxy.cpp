@@ -104,17 +104,14 @@ struct Watched {
 Watched watch_steps(const ContactModel& model, std::span<const ServoFrame> frames) {
   Watched watched;
   const auto state = std::make_unique<ContactState>(model);
-  RtGuard guard({.filter_system_calls = false});
-  guard.arm();
-  for (const ServoFrame& frame : frames) {
-    const ContactSet set = contact_step(model, *state, frame, nullptr);
-    watched.limited += (set.flags & kContactIterationLimit) != 0;
-    watched.truncated += (set.flags & kContactTruncated) != 0;
-    watched.most_contacts = std::max<size_t>(watched.most_contacts, set.n_contacts);
-  }
-  guard.disarm();
-  watched.allocated =
-      guard.report().of(Violation::kAllocate).count + guard.report().of(Violation::kFree).count;
+  watched.allocated = allocations_of([&] {
+    for (const ServoFrame& frame : frames) {
+      const ContactSet set = contact_step(model, *state, frame, nullptr);
+      watched.limited += (set.flags & kContactIterationLimit) != 0;
+      watched.truncated += (set.flags & kContactTruncated) != 0;
+      watched.most_contacts = std::max<size_t>(watched.most_contacts, set.n_contacts);
+    }
+  });
   return watched;
 }
 

@@ -44,17 +44,7 @@ double worst(const std::vector<double>& values) {
 /// Wraps a query so that its CPU time is stored [s].
 template <class Query>
 std::function<void(size_t)> with_cpu(std::vector<double>& cpu, const Query& query) {
-  return [&cpu, query](size_t i) {
-    cpu.push_back(1e-9 * static_cast<double>(cpu_ns_of([&] { query(i); })));
-  };
-}
-
-/// `cpu`: CPU times, which exclude other programs.
-void add_times(Rows& rows, const std::string& name, const std::vector<double>& cpu,
-               std::optional<double> goal) {
-  rows.add(name + ", CPU p50", percentile(cpu, 50), "s");
-  rows.at_most(name + ", CPU p99", percentile(cpu, 99), "s", goal);
-  rows.add(name + ", CPU longest", worst(cpu), "s");
+  return [&cpu, query](size_t i) { cpu.push_back(cpu_seconds_of([&] { query(i); })); };
 }
 
 /// Each of our queries compared with each peer; medians over chunks as ratios of wall-clock time.
@@ -73,11 +63,7 @@ double allocations(NearFront& front, NearContacts& contacts, const std::vector<P
     for (const Pose& X_OT : poses) contacts.reduce(front.update(X_OT, kBand), X_OT);
   };
   follow();
-  RtGuard guard({.filter_system_calls = false});
-  guard.arm();
-  follow();
-  guard.disarm();
-  return static_cast<double>(guard.report().of(Violation::kAllocate).count);
+  return static_cast<double>(allocations_of(follow));
 }
 
 /// Differences at every pose: sets of pairs, and collision against FCL.
@@ -167,7 +153,8 @@ std::vector<Row> bench_pairs(const ProximityWork& work, std::vector<std::optiona
   }
   take_turns(ours, poses.size(), kChunk, 1);
   goals.resize(ours.size());
-  for (size_t k = 0; k < ours.size(); ++k) add_times(rows, ours[k].name, cpu[k], goals[k]);
+  for (size_t k = 0; k < ours.size(); ++k)
+    add_times(rows, ours[k].name + ", CPU", cpu[k], goals[k]);
   for (size_t k = 0; k < 5; ++k) add_beside(rows, ours[k], ours);
   rows.add("front : from scratch, all pairs", median_ratio(ours[0], ours[2]));
 

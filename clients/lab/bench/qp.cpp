@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <random>
 
 #include "clients/lab/bench/peers/qp.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/selftest/rt_guard.h"
+#include "clients/lab/support/dice.h"
 #include "proto/config/command_line.h"
 #include "proto/math/coulomb.h"
 #include "proto/math/lcp.h"
@@ -51,7 +51,7 @@ struct Work {
 
 class Maker {
  public:
-  explicit Maker(uint64_t seed) : engine_(seed) {}
+  explicit Maker(uint64_t seed) : dice_(seed) {}
 
   /// `n` contacts on a plane, in a bowl, around a peg or all round, with gaps of up to 50 µm.
   void add_contacts(Work& work, size_t n) {
@@ -76,17 +76,11 @@ class Maker {
     return {size * direction(), size / kRadius * uniform(0, 1) * direction()};
   }
 
-  double uniform(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(engine_);
-  }
-
  private:
-  Vec3 direction() {
-    std::normal_distribution<double> gauss;
-    return normalized(Vec3{gauss(engine_), gauss(engine_), gauss(engine_)});
-  }
+  Vec3 direction() { return dice_.direction(); }
+  double uniform(double low, double high) { return dice_.uniform(low, high); }
 
-  std::mt19937_64 engine_;
+  Dice dice_;
 };
 
 /// `coherent`: the contacts stay for fifty ticks while the hand, 5 mm behind them, moves at
@@ -107,12 +101,6 @@ Work make_work(size_t n, size_t ticks, bool coherent) {
     work.questions.push_back({hand, &work.rows[set], &work.contacts[set]});
   }
   return work;
-}
-
-void add_times(Rows& rows, const Contestant& c, std::optional<double> goal = {}) {
-  rows.add(c.name + " p50", percentile(c.times, 50), "s");
-  rows.at_most(c.name + " p99", percentile(c.times, 99), "s", goal);
-  rows.add(c.name + " max", percentile(c.times, 100), "s");
 }
 
 /// All solvers for the problem of a tick, each with its own memory.
@@ -159,13 +147,11 @@ class Solvers {
 };
 
 uint64_t allocations(Solvers& solvers, size_t ticks) {
-  RtGuard guard({.filter_system_calls = false});
-  guard.arm();
-  for (size_t i = 0; i < ticks; ++i) {
-    solvers.cold(i), solvers.warm(i), solvers.pivoting(i), solvers.seidel(i), solvers.coulomb(i);
-  }
-  guard.disarm();
-  return guard.report().of(Violation::kAllocate).count + guard.report().of(Violation::kFree).count;
+  return allocations_of([&] {
+    for (size_t i = 0; i < ticks; ++i) {
+      solvers.cold(i), solvers.warm(i), solvers.pivoting(i), solvers.seidel(i), solvers.coulomb(i);
+    }
+  });
 }
 
 /// Compared with Bullet's pivoting; both get A and b ready-made.
@@ -238,9 +224,10 @@ std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options)
   take_turns(contestants, options.ticks, kChunk, options.rounds);
   // the goal is for the servo's case: contacts that persist, with warm start
   const bool has_goal = coherent && (n == 20 || n == 64);
-  add_times(rows, contestants[0]);
-  add_times(rows, contestants[1], goal_if(has_goal, n == 20 ? kGoal20 : kGoal64));
-  add_times(rows, contestants[2]);
+  add_times(rows, contestants[0].name, contestants[0].times);
+  add_times(rows, contestants[1].name, contestants[1].times,
+            goal_if(has_goal, n == 20 ? kGoal20 : kGoal64));
+  add_times(rows, contestants[2].name, contestants[2].times);
   rows.none("not converged", solvers.failed);
   rows.add("pivoting not converged", static_cast<double>(solvers.unpivoted) /
                                          static_cast<double>(contestants[2].times.size()));
@@ -250,7 +237,7 @@ std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options)
   std::vector<Contestant> slower{{"Gauss-Seidel", [&](size_t i) { solvers.seidel(i); }},
                                  {"Coulomb", [&](size_t i) { solvers.coulomb(i); }}};
   take_turns(slower, fewer, kChunk, options.rounds);
-  for (const Contestant& c : slower) add_times(rows, c);
+  for (const Contestant& c : slower) add_times(rows, c.name, c.times);
   const double asked = static_cast<double>(slower[0].times.size());
   rows.add("Gauss-Seidel not settled in 200 sweeps",
            static_cast<double>(solvers.unsettled) / asked);

@@ -12,6 +12,7 @@
 #include "clients/lab/bench/workloads/proximity.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/eval/scenes/rigid_scenes.h"
+#include "clients/lab/support/scan.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "clients/library/histogram.h"
 #include "clients/report/rigid_pose.h"
@@ -156,8 +157,7 @@ Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& opt
       judge_rest(subject, led, judge, tally);
     }
     if (peer && is_sample(k, options.frames, kPeerSamples)) {
-      const int64_t ns = cpu_ns_of([&] { peer->distance(subject.pose()); });
-      tally.peer.push_back(1e-9 * static_cast<double>(ns));
+      tally.peer.push_back(cpu_seconds_of([&] { peer->distance(subject.pose()); }));
     }
   }
   return tally;

@@ -11,7 +11,7 @@
 #include "clients/lab/bench/reference/segment_searches.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/bench/workloads/workload.h"
-#include "clients/lab/eval/scenes/rigid_scenes.h"
+#include "clients/lab/support/scan.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/grid.h"
 #include "contact/shape/mesh/mesh_topology.h"
@@ -167,13 +167,12 @@ struct MeanAndWorst {
 };
 MeanAndWorst judge(const Contestant& c, const std::function<bool(size_t)>& counts, size_t n) {
   MeanAndWorst result;
+  const std::vector<double> best = fastest(c, n);
   size_t counted = 0;
   for (size_t i = 0; i < n; ++i) {
     if (!counts(i)) continue;
-    double least = c.times[i];
-    for (size_t k = i + n; k < c.times.size(); k += n) least = std::min(least, c.times[k]);
-    result.mean += least;
-    result.worst = std::max(result.worst, least);
+    result.mean += best[i];
+    result.worst = std::max(result.worst, best[i]);
     ++counted;
   }
   result.mean /= static_cast<double>(std::max<size_t>(1, counted));
@@ -262,22 +261,10 @@ double bench_mesh(Rows& rows, const WorkloadMesh& work, const Options& options) 
   return p50;
 }
 
-/// A mesh from libcgal-demo. Throws MeshError.
-WorkloadMesh scanned_mesh(const std::string& name, const std::string& file) {
-  ObjectConfig object{};
-  assign(object.mesh, meshes_folder() + "/" + file);
-  object.size = 0.1;
-  object.allow_open = 1;
-  const BakedShape baked = bake_object(object, uint64_t{4} << 30);
-  const TriangleMesh& mesh = baked.shape.mesh;
-  return make_scanned(name, {{mesh.vertices.begin(), mesh.vertices.end()},
-                             {mesh.triangles.begin(), mesh.triangles.end()}});
-}
-
 /// A mesh by its name on the command line. Throws MeshError.
 WorkloadMesh make_mesh(const std::string& name) {
-  if (name == "armadillo") return scanned_mesh(name, "armadillo.off");
-  if (name == "bunny") return scanned_mesh(name, "bunny00.off");
+  if (name == "armadillo") return read_scanned(name, meshes_folder() + "/armadillo.off");
+  if (name == "bunny") return read_scanned(name, meshes_folder() + "/bunny00.off");
   const auto n = static_cast<uint32_t>(std::stoul(name.substr(name.find(':') + 1)));
   return name.starts_with("bump:") ? make_bump_sphere(n) : make_nano_surface(n);
 }

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -15,7 +14,6 @@
 #include "clients/lab/bench/workloads/viewers.h"
 #include "clients/lab/support/forked_process.h"
 #include "clients/lab/support/measurement.h"
-#include "clients/library/client.h"
 #include "clients/report/median.h"
 #include "proto/config/command_line.h"
 #include "proto/os/progress.h"
@@ -27,7 +25,6 @@ namespace {
 constexpr double kMostBusy = 1.1;      // p99 of the servo's work, against that without viewers
 constexpr double kMostOfCore = 0.1;    // of the bridge, with 64 viewers at 120 Hz
 constexpr double kMostForOne = 0.005;  // of a core, for a viewer that stands still
-constexpr int64_t kDrainPeriod = kNsPerSecond / 100;
 constexpr const char* kSession = "bench-view";
 
 struct Options {
@@ -75,19 +72,11 @@ class Watched {
  public:
   explicit Watched(const Options& options)
       : options_(options),
-        hapticd_("hapticd", {find_session_file(options.config), "--session", kSession},
-                 folder_.path + "/hapticd.log") {
-    wait_until("hapticd does not start", [&] { return !running_sessions().empty(); });
-    bridge_.emplace("haptic-view",
-                    std::vector<std::string>{"view", kSession, "--port", "0", "--no-open"},
-                    folder_.path + "/view.log");
+        session_(folder_, kSession, find_session_file(options.config)),
+        bridge_("haptic-view", {"view", kSession, "--port", "0", "--no-open"},
+                folder_.path() + "/view.log") {
     wait_until("the bridge does not start",
-               [&] { return (port_ = port_in(folder_.path + "/view.log")) != 0; });
-    client_.emplace(kSession);
-    frames_.emplace(client_->ring<&ServoChannels::frames>(Start::kNewest));
-    client_->start();
-    ServoFrame frame;
-    wait_until("the servo does not run", [&] { return frames_->latest(frame); });
+               [&] { return (port_ = port_in(folder_.path() + "/view.log")) != 0; });
   }
 
   Window run(const Case& one) {
@@ -107,33 +96,18 @@ class Watched {
 
  private:
   Window measure(const ViewerCounts& counts) {
-    ServoFrame frame;
-    frames_->latest(frame);
-    const double cpu = cpu_of(bridge_->pid());
+    const double cpu = cpu_of(bridge_.pid());
     const uint64_t frames = counts.frames;
-    const int64_t begin = now_ns(), end = begin + static_cast<int64_t>(1e9 * options_.seconds);
-    Histogram busy, wake;
-    while (now_ns() < end) {
-      sleep_until(now_ns() + kDrainPeriod);
-      while (frames_->next(frame)) {
-        busy.add(frame.busy_ns);
-        wake.add(frame.wake_late_ns);
-      }
-    }
-    const double seconds = 1e-9 * static_cast<double>(now_ns() - begin);
-    return {1e-9 * static_cast<double>(busy.percentile(99)),
-            1e-9 * static_cast<double>(wake.percentile(99)),
-            (cpu_of(bridge_->pid()) - cpu) / seconds,
-            static_cast<double>(counts.frames - frames) / seconds};
+    const SessionWindow window = session_.watch(options_.seconds);
+    return {window.busy_p99, window.wake_p99, (cpu_of(bridge_.pid()) - cpu) / window.seconds,
+            static_cast<double>(counts.frames - frames) / window.seconds};
   }
 
   const Options& options_;
-  RuntimeFolder folder_{"view"};
-  SessionProcess hapticd_;
-  std::optional<SessionProcess> bridge_;
+  RuntimeFolder folder_;
+  LiveSession session_;
+  SessionProcess bridge_;
   uint16_t port_ = 0;
-  std::optional<Client> client_;
-  std::optional<RingSource<&ServoChannels::frames>> frames_;
 };
 
 /// The median over the rounds of one quantity.

@@ -12,8 +12,8 @@
 
 #include "clients/lab/bench/voxel_ceiling.h"
 #include "clients/lab/bench/voxel_contact.h"
-#include "clients/lab/eval/scenes/rigid_scenes.h"
 #include "clients/lab/eval/scenes/workload.h"
+#include "clients/lab/support/scan.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "clients/report/median.h"
 #include "contact/bake/volume.h"
@@ -317,13 +317,11 @@ std::vector<Row> run_coherence(const Options& options) {
 std::vector<Row> run_memory(const Options& options) {
   const std::string name = "bunny, " + std::to_string(options.memory_side) + "³";
   Rows rows(name);
-  ShapeConfig scan{};
-  assign(scan.mesh, meshes_folder() + "/bunny00.off");
-  scan.size = 0.1;
+  constexpr double kSize = 0.1;  // [m]
   try {
-    const BakedShape bunny = bake_object(scan, uint64_t{4} << 30);
+    const BakedShape bunny = bake_scan(meshes_folder() + "/bunny00.off", kSize);
     VoxelConfig voxel;
-    voxel.size = scan.size / options.memory_side;
+    voxel.size = kSize / options.memory_side;
     voxel.offset_layers = 0;
     voxel.band = default_band(voxel);
     const BakedVolume volume = bake_obstacle(bunny, voxel);

@@ -114,24 +114,22 @@ std::vector<Row> step_rows(const Options& options) {
   for (int begin = -kWarmUp; begin < options.ticks; begin += kChunk) {
     for (int tick = begin; tick < begin + kChunk; ++tick) {
       ours.push(pushed, push_at(tick));
-      const int64_t ns = cpu_ns_of([&] { ours.step(); });
+      const double took = cpu_seconds_of([&] { ours.step(); });
       if (tick < 0) continue;
-      times.push_back(1e-9 * static_cast<double>(ns));
+      times.push_back(took);
       contacts.push_back(ours.n_contacts());
     }
     for (size_t i = 0; i < peers.size() && peers[i]; ++i) {
       for (int tick = begin; tick < begin + kChunk; ++tick) {
         peers[i]->push(pushed, push_at(tick));
-        const int64_t ns = cpu_ns_of([&] { peers[i]->step(kTick); });
-        if (tick >= 0) peer_times[i].push_back(1e-9 * static_cast<double>(ns));
+        const double took = cpu_seconds_of([&] { peers[i]->step(kTick); });
+        if (tick >= 0) peer_times[i].push_back(took);
       }
     }
   }
   Rows rows("a wall of 15 bricks on the ground, one of them pushed");
   rows.at_least("contacts, median", percentile(contacts, 50), "", kGoalContacts);
-  rows.add("sim step CPU p50", percentile(times, 50), "s");
-  rows.at_most("sim step CPU p99", percentile(times, 99), "s", kGoalStep);
-  rows.add("sim step CPU max", percentile(times, 100), "s");
+  add_times(rows, "sim step CPU", times, kGoalStep);
   for (size_t i = 0; i < peers.size() && peers[i]; ++i) {
     const std::string& name = kinds[i].first;
     rows.add_beside("sim step CPU p50", percentile(times, 50), "s", name,
@@ -164,9 +162,9 @@ std::string without_masses(const std::string& path, const std::string& folder) {
 }
 
 std::vector<Row> session_rows(const Options& options) {
-  const RuntimeFolder folder("world");
+  const RuntimeFolder folder;
   const std::string with = find_session_file(options.config);
-  const std::array<std::string, 2> configs{without_masses(with, folder.path), with};
+  const std::array<std::string, 2> configs{without_masses(with, folder.path()), with};
   std::array<std::vector<double>, 2> usual, busy, rate, contacts;
   std::vector<double> busy_ratio, rate_ratio;
   Progress progress("sessions", options.rounds);

@@ -30,6 +30,7 @@ struct MovingFound {
   double largest_force = 0;    // [N]
 
   void add(const MovingFound& other);
+  bool has_missed() const;
 };
 
 /// Checks a session in every tick. A verified pose must be free of the objects where its set places

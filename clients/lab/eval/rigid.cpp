@@ -10,6 +10,7 @@
 #include "clients/hapt/options.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
+#include "clients/lab/support/scan.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "contact/shape/mesh/tool_body.h"
 #include "proto/math/units.h"

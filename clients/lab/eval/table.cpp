@@ -2,6 +2,7 @@
 #include "clients/lab/eval/table.h"
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/options.h"
+#include "clients/lab/support/columns.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "proto/wire/renderer.h"
@@ -28,18 +29,12 @@ constexpr std::array<std::pair<const char*, const char*>, 9> kColumns{
      {"ticks not finite", "NaN"},
      {"force held by the device, max", "held max"}}};
 
-constexpr int kNameWidth = 46, kColumnWidth = 13;  // [characters]
+constexpr size_t kNameWidth = 46, kColumnWidth = 13;  // [characters]
 
 const Row* find(const std::vector<Row>& rows, const std::string& metric) {
   const auto it =
       std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return row.metric == metric; });
   return it == rows.end() ? nullptr : &*it;
-}
-
-void print_cell(std::ostream& out, const std::string& text, int width) {
-  char padded[128];
-  std::snprintf(padded, sizeof padded, "%-*s", width, text.c_str());
-  out << padded;
 }
 
 std::string table_cell(const Row* row) {
@@ -80,13 +75,13 @@ std::vector<RendererEval> cases_of(const EvalTable& table) {
 void print_cases(std::ostream& out, const std::vector<std::vector<Row>>& cases) {
   if (cases.empty()) return;
   if (const Row* machine = find(cases[0], "machine")) out << "  " << machine->note << "\n\n";
-  print_cell(out, "  case ('!': misses its goal)", kNameWidth);
-  for (const auto& [metric, head] : kColumns) print_cell(out, head, kColumnWidth);
+  out << padded("  case ('!': misses its goal)", kNameWidth);
+  for (const auto& [metric, head] : kColumns) out << padded(head, kColumnWidth);
   out << "goals\n";
   for (const std::vector<Row>& rows : cases) {
-    print_cell(out, "  " + rows[0].case_name, kNameWidth);
+    out << padded("  " + rows[0].case_name, kNameWidth);
     for (const auto& [metric, head] : kColumns)
-      print_cell(out, table_cell(find(rows, metric)), kColumnWidth);
+      out << padded(table_cell(find(rows, metric)), kColumnWidth);
     const char* const held = find(rows, kNoAnswer) != nullptr ? "no answer\n" : "hold\n";
     out << (all_hold(rows) ? held : "MISSED\n");
   }

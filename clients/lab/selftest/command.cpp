@@ -9,7 +9,7 @@
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
 #include "clients/lab/selftest/guarded_loop.h"
-#include "clients/report/print_rows.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/report/report.h"
 #include "contact/bake/session.h"
 #include "proto/os/progress.h"
@@ -22,7 +22,6 @@ namespace {
 struct SelftestOptions {
   std::string config = "plane.toml";
   std::optional<uint64_t> ticks;
-  bool json = false;
 };
 
 GuardedLoopOptions loop_options(const SessionConfig& config, std::optional<uint64_t> ticks) {
@@ -75,28 +74,31 @@ GuardedLoopResult run_shown(const SessionConfig& config, const ContactShapes& sh
   return run_guarded_loop(config, shapes, loop);
 }
 
-void run_selftest(const SelftestOptions& options) {
+std::vector<Row> rows_of_selftest(const SelftestOptions& options) {
   const SessionConfig config = load_config(find_session_file(options.config));
   const BakedSession baked = bake_session(config);
   const GuardedLoopResult result =
       run_shown(config, baked.shapes(), loop_options(config, options.ticks));
   const Rows rows = make_rows(config, result);
   std::cerr << result.report.explain();
-  print_judged(rows.rows(), options.json);
+  return rows.rows();
+}
+
+Measured prepare_selftest(Command& command) {
+  const auto options = std::make_shared<SelftestOptions>();
+  add_config(command, options->config).show_default();
+  command.option("--ticks", options->ticks, "how many, one after the other without waiting")
+      .range(1, 1'000'000'000)
+      .show_default("1000000; with a real device 10000, at its rate");
+  return [options] { return rows_of_selftest(*options); };
 }
 
 }  // namespace
 
 void add_selftest_command(Command& app) {
-  const auto options = std::make_shared<SelftestOptions>();
   Command command = add_elsewhere(app, "selftest");
-  add_config(command, options->config).show_default();
-  command.option("--ticks", options->ticks, "how many, one after the other without waiting")
-      .range(1, 1'000'000'000)
-      .show_default("1000000; with a real device 10000, at its rate");
-  add_json(command, options->json);
+  measure_by(command, prepare_selftest);
   command.example("hapt selftest --config plane.toml");
-  command.action([options] { run_selftest(*options); });
 }
 
 }  // namespace haptic

@@ -115,7 +115,6 @@ void add_axis_options(Command& command, AxisOptions& options) {
         return name.ends_with(".svg") ? "" : "the drawing is an SVG; name it with .svg at the end";
       });
   add_overwrite(command, options.overwrite);
-  add_json(command, options.json);
 }
 
 void add_coupling_options(Command& command, AxisOptions& options) {

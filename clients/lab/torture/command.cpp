@@ -17,6 +17,8 @@
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
+#include "clients/hapt/scratch_folder.h"
+#include "clients/lab/support/columns.h"
 #include "clients/lab/torture/account.h"
 #include "clients/lab/torture/faults.h"
 #include "clients/report/report.h"
@@ -41,28 +43,6 @@ struct TortureCommand {
   std::string output;
   bool json = false, keep = false, overwrite = false, no_realtime = false, six = false,
        bodies = false;
-};
-
-/// A private folder in the temporary folder.
-class WorkFolder {
- public:
-  explicit WorkFolder(bool keep) : keep_(keep) {
-    std::string name = (std::filesystem::temp_directory_path() / "hapt-torture-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw std::runtime_error(name + ": cannot be made; set TMPDIR to a folder that is writable");
-    }
-    path_ = name;
-  }
-  ~WorkFolder() {
-    std::error_code ignored;
-    if (!keep_) std::filesystem::remove_all(path_, ignored);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-  bool keep_;
 };
 
 /// Results of one kind of fault.
@@ -257,14 +237,6 @@ std::string cell(const std::optional<int64_t>& ns) {
   return ns ? readable(seconds(*ns), "s") : "–";
 }
 
-/// Pads to a display width: UTF-8 continuation bytes have none.
-void put(const std::string& text, size_t width) {
-  const auto wide = static_cast<size_t>(std::count_if(text.begin(), text.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xc0) != 0x80;
-  }));
-  std::cout << text << std::string(wide < width ? width - wide : 0, ' ');
-}
-
 /// The documented effect of a kind of fault, in words.
 std::string stated(const FaultInfo& info) {
   const std::string whole =
@@ -290,7 +262,7 @@ std::string stated(const FaultInfo& info) {
 void print_kinds(const Result& result, bool six) {
   constexpr std::array<size_t, 7> kWidths{32, 7, 12, 15, 16, 9, 0};
   const auto line = [&](const std::array<std::string, 7>& cells) {
-    for (size_t i = 0; i < cells.size(); ++i) put(cells[i], kWidths[i]);
+    for (size_t i = 0; i < cells.size(); ++i) std::cout << padded(cells[i], kWidths[i]);
     std::cout << '\n';
   };
   line({"fault", "count", "violations", "worst to zero", "worst to whole", "excused", "stated"});
@@ -322,7 +294,7 @@ void run_torture(const TortureCommand& options) {
     check_outputs({recording + ".mcap", recording + "-2.mcap"}, {}, options.overwrite);
   }
   catch_stop_signals();
-  const WorkFolder folder(options.keep);
+  const ScratchFolder folder(options.keep);
   if (recording.empty()) recording = folder.path() + "/torture";
   Result result;
   {

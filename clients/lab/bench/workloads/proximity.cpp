@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <utility>
 
 #include "clients/lab/bench/workloads/workload.h"
+#include "clients/lab/support/dice.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "proto/math/units.h"
@@ -125,24 +125,16 @@ ProximityWork bolt_through_nut(size_t poses) {
 }
 
 std::vector<RigidMotion> torus_motions(const ProximityWork& tori, size_t n) {
-  std::mt19937_64 random(5);
-  const auto uniform = [&](double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-  };
-  const auto direction = [&] {
-    Vec3 v;
-    do {
-      v = {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
-    } while (norm_squared(v) < 1e-4 || norm_squared(v) > 1);
-    return normalized(v);
-  };
+  Dice dice(5);
+  const auto uniform = [&](double low, double high) { return dice.uniform(low, high); };
   std::vector<RigidMotion> motions;
   while (motions.size() < n) {
     const Pose from = torus_pose(uniform(0, 2), 43.2);
     const double apart = mesh_distance(tori.object.view(), tori.tool.view(), from).at_least;
     if (apart < 0.05 * kMm || apart > 2 * kMm) continue;
-    const Quat turn = from_rotation_vector(uniform(0.1, 2) * kPi / 180 * direction());
-    const Vec3 way = kMm * (uniform(-0.3, 1.2) * Vec3{1, 0, 0} + uniform(0, 0.4) * direction());
+    const Quat turn = from_rotation_vector(uniform(0.1, 2) * kPi / 180 * direction_in_ball(dice));
+    const Vec3 way =
+        kMm * (uniform(-0.3, 1.2) * Vec3{1, 0, 0} + uniform(0, 0.4) * direction_in_ball(dice));
     motions.push_back(motion_between(from, {from.p + way, normalized(turn * from.q)}, {}));
   }
   return motions;

@@ -68,4 +68,18 @@ double percentile(std::vector<double> times, double q) {
   return times[static_cast<size_t>(at)];
 }
 
+std::vector<double> fastest(const Contestant& contestant, size_t n) {
+  const std::vector<double>& times = contestant.times;
+  std::vector<double> best(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(n));
+  for (size_t k = n; k < times.size(); ++k) best[k % n] = std::min(best[k % n], times[k]);
+  return best;
+}
+
+void add_times(Rows& rows, const std::string& name, const std::vector<double>& times,
+               std::optional<double> goal_p99) {
+  rows.add(name + " p50", percentile(times, 50), "s");
+  rows.at_most(name + " p99", percentile(times, 99), "s", goal_p99);
+  rows.add(name + " max", percentile(times, 100), "s");
+}
+
 }  // namespace haptic

@@ -12,6 +12,7 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/options.h"
+#include "clients/lab/support/columns.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/log/log_columns.h"
@@ -346,10 +347,7 @@ std::vector<Row> rows_of(const std::vector<CompareFigures>& figures, const Compa
 
 void print_comparison(std::ostream& out, const std::vector<CompareFigures>& figures,
                       const CompareEval& eval) {
-  const auto put = [&](const std::string& text, size_t width) {
-    const size_t n = count_characters(text);
-    out << text << std::string(n < width ? width - n : 1, ' ');
-  };
+  const auto put = [&](const std::string& text, size_t width) { out << padded(text, width); };
   constexpr size_t kName = 26, kWay = 30, kCell = 14;
   put("", kName), put("way", kWay);
   for (const char* head : {"free, max", "depth, max", "depth, mean", "step per ms", "given back",
