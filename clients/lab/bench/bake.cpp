@@ -114,10 +114,10 @@ std::vector<Row> all_rows(const Options& options) {
   const double tree = bytes(shape.tree.nodes, shape.tree.order);
   const double grid = bytes(shape.grid.slots, shape.grid.batches, shape.grid.roots);
   const double patches = bytes(shape.patches.nodes, shape.patches.leaves);
-  rows.add("OBB tree, bytes a triangle", tree);
-  rows.add("grid, bytes a triangle", grid);
-  rows.add("patch tree, bytes a triangle", patches);
-  rows.at_most("trees and grid, bytes a triangle", tree + grid + patches, "", kGoalBytes);
+  rows.add({{"OBB tree, bytes a triangle", tree},
+            {"grid, bytes a triangle", grid},
+            {"patch tree, bytes a triangle", patches},
+            {"trees and grid, bytes a triangle", tree + grid + patches, "", at_most(kGoalBytes)}});
   bench_cache(rows, shape, options.rounds);
   return rows.rows();
 }

@@ -93,10 +93,10 @@ void bench_truth(Rows& rows, const Options& options) {
   }
   const auto n = static_cast<double>(all.size());
   const auto add = [&](const std::string& name, const Tally& tally, bool judged) {
-    rows.at_most(name + ": missed", tally.missed, "", goal_if(judged, 0));
-    rows.add(name + ": false alarms", tally.false_alarms);
-    // Tight-Inclusion at 1e-6 has 222 of 7,279, plain bisection 274
-    rows.add(name + ": false alarms in parts", tally.false_alarms / n);
+    rows.add({{name + ": missed", tally.missed, "", at_most(goal_if(judged, 0))},
+              {name + ": false alarms", tally.false_alarms},
+              // Tight-Inclusion at 1e-6 has 222 of 7,279, plain bisection 274
+              {name + ": false alarms in parts", tally.false_alarms / n}});
   };
   add(kAsInASession, session_all, true);
   add("intervals in time", intervals_all, false);
@@ -141,11 +141,11 @@ void bench_hand_scale(Rows& rows, const Options& options) {
     only_intervals += !own[i] && intervals[i];
     only_fcl += !own[i] && fcl[i];
   }
-  rows.add("meet", meet);
-  // neither method misses a contact: where they differ, one has a false alarm
-  rows.add("meet, but not by intervals in time", only_own);
-  rows.add("meet by intervals in time alone", only_intervals);
-  rows.add("meet by FCL alone", only_fcl);
+  rows.add({{"meet", meet},
+            // neither method misses a contact: where they differ, one has a false alarm
+            {"meet, but not by intervals in time", only_own},
+            {"meet by intervals in time alone", only_intervals},
+            {"meet by FCL alone", only_fcl}});
   for (const Contestant& c : contestants) add_times(rows, c, queries);
   const double median = percentile(contestants[0].times, 50);
   const std::string session = kAsInASession;
@@ -205,10 +205,10 @@ void add_judgement(Rows& rows, const std::string& name, const std::vector<double
     late = std::max(late, times[i] - truth[i]);
     early = std::max(early, truth[i] - times[i]);
   }
-  rows.none(name + ": hits missed", missed);
-  rows.add(name + ": hits besides", extra);
-  rows.add(name + ": after 10 nm by at most, of the motion", late);
-  rows.add(name + ": before 10 nm by at most, of the motion", early);
+  rows.add({{name + ": hits missed", missed, "", kMustBeZero},
+            {name + ": hits besides", extra},
+            {name + ": after 10 nm by at most, of the motion", late},
+            {name + ": before 10 nm by at most, of the motion", early}});
 }
 
 void bench_impact(Rows& rows, const Options& options) {
@@ -232,9 +232,9 @@ void bench_impact(Rows& rows, const Options& options) {
   }
   take_turns(contestants, n, 10, options.rounds);
 
-  rows.add("motions", n);
-  rows.add("of them hit", std::count_if(own.begin(), own.end(), [](double t) { return t <= 1; }));
-  rows.none("own: meet before, exactly", count_late(tori, motions, own));
+  rows.add({{"motions", n},
+            {"of them hit", std::count_if(own.begin(), own.end(), [](double t) { return t <= 1; })},
+            {"own: meet before, exactly", count_late(tori, motions, own), "", kMustBeZero}});
   if (fcl) {
     for (const RigidMotion& motion : motions) {
       truth.push_back(advance_on(*fcl, motion, lever, kFine));
@@ -244,9 +244,9 @@ void bench_impact(Rows& rows, const Options& options) {
   }
   const std::vector<double> best = fastest(contestants[0], n);
   const double p50 = percentile(best, 50), p99 = percentile(best, 99);
-  rows.at_most("own: p50 of the fastest rounds", p50, "s", kImpactMedianGoal);
-  rows.at_most("own: p99 of the fastest rounds", p99, "s", kImpactP99Goal);
-  rows.add("own: max of all rounds", longest(contestants[0]), "s");
+  rows.add({{"own: p50 of the fastest rounds", p50, "s", at_most(kImpactMedianGoal)},
+            {"own: p99 of the fastest rounds", p99, "s", at_most(kImpactP99Goal)},
+            {"own: max of all rounds", longest(contestants[0]), "s"}});
   if (fcl) {
     add_best(rows, contestants[1].name, fastest(contestants[1], n));
     rows.add("own over " + contestants[1].name, median_ratio(contestants[0], contestants[1]));

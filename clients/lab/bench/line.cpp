@@ -85,10 +85,10 @@ Answers ask(const Options& options) {
 std::vector<Row> all_rows(const Options& options) {
   const Answers answers = ask(options);
   Rows rows = machine_rows("line");
-  rows.add("lines asked", answers.lines);
-  rows.none("not answered within 20 ms", answers.missing);
-  rows.none("answered with an error", answers.errors);
-  rows.add("answered after the next tick", answers.late);
+  rows.add({{"lines asked", answers.lines},
+            {"not answered within 20 ms", answers.missing, "", kMustBeZero},
+            {"answered with an error", answers.errors, "", kMustBeZero},
+            {"answered after the next tick", answers.late}});
   rows.add("answer", answers.times);
   return rows.rows();
 }

@@ -136,12 +136,12 @@ std::vector<Row> run_pair(const LodPair& pair, const BakedSession& baked, const 
     add_times(rows, prefix + "contact_step CPU", course.times, goal_if(is_judged, kGoalStep));
     rows.add(prefix + "answers cut short", course.n_cut);
     if (row_of(course.renderer).moves != Moves::kSoftBody) continue;
-    rows.add(prefix + "force, rms", rms_of(course.forces), "N");
-    rows.at_most(prefix + "error of the force, rms, of that of localized (every piece)",
-                 rms_of(course.forces, &exact.forces) / rms_of(exact.forces), "",
-                 goal_if(is_judged, kGoalError));
-    rows.add(prefix + "error of the force, rms, of that of direct6 (every triangle)",
-             rms_of(course.forces, &triangle.forces) / rms_of(triangle.forces));
+    rows.add({{prefix + "force, rms", rms_of(course.forces), "N"},
+              {prefix + "error of the force, rms, of that of localized (every piece)",
+               rms_of(course.forces, &exact.forces) / rms_of(exact.forces), "",
+               at_most(goal_if(is_judged, kGoalError))},
+              {prefix + "error of the force, rms, of that of direct6 (every triangle)",
+               rms_of(course.forces, &triangle.forces) / rms_of(triangle.forces)}});
   }
   const bool is_judged = triangles >= kJudged;
   rows.at_least("localized (every piece) over sensation, mean CPU",

@@ -88,12 +88,12 @@ void add_truth(Rows& rows, const std::vector<PenetrationDepth>& found,
     if (found[i].fell_back) longest = std::max(longest, times[i]);
   }
   const auto n = static_cast<double>(exact.size());
-  rows.none("below the exact depth", below);
-  rows.at_least("equal to the exact depth", static_cast<double>(equal) / n, "", 0.99);
-  rows.add("most above the exact depth", most, "m");
-  rows.at_most("marching steps, mean", static_cast<double>(n_steps) / n, "", 4);
-  rows.at_most("exact fallbacks", static_cast<double>(fell_back) / n, "", 0.005);
-  rows.add("longest query with a fallback", longest, "s");
+  rows.add({{"below the exact depth", below, "", kMustBeZero},
+            {"equal to the exact depth", static_cast<double>(equal) / n, "", at_least(0.99)},
+            {"most above the exact depth", most, "m"},
+            {"marching steps, mean", static_cast<double>(n_steps) / n, "", at_most(4)},
+            {"exact fallbacks", static_cast<double>(fell_back) / n, "", at_most(0.005)},
+            {"longest query with a fallback", longest, "s"}});
 }
 
 size_t allocations(const Work& work) {
@@ -124,13 +124,14 @@ std::vector<Row> bench_depth(const Work& work, int rounds) {
   Rows rows("depth, " + work.name());
   const std::vector<double> times = fastest(contestants[0], n);
   const double median = percentile(times, 50);
-  rows.at_most("walk p50", median, "s",
-               work.n == 100   ? std::optional(1e-6)
-               : work.n == 500 ? std::optional(2e-6)
-                               : std::nullopt);
-  rows.at_most("walk p99", percentile(times, 99), "s", goal_if(work.n == 500, 3 * median));
-  rows.add("walk max", percentile(times, 100), "s");
-  rows.add("walk p99, with what the machine disturbs", percentile(contestants[0].times, 99), "s");
+  rows.add(
+      {{"walk p50", median, "s",
+        at_most(work.n == 100   ? std::optional(1e-6)
+                : work.n == 500 ? std::optional(2e-6)
+                                : std::nullopt)},
+       {"walk p99", percentile(times, 99), "s", at_most(goal_if(work.n == 500, 3 * median))},
+       {"walk max", percentile(times, 100), "s"},
+       {"walk p99, with what the machine disturbs", percentile(contestants[0].times, 99), "s"}});
   add_truth(rows, found, exact, times);
   if (!peers.empty() && peers[0].name.starts_with("Bullet")) {
     rows.at_most("walk p50 over Bullet's", median / percentile(fastest(contestants[1], n), 50), "",

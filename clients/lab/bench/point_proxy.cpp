@@ -130,10 +130,10 @@ std::vector<Row> bench_one(const std::string& name, const MeshShape& shape, doub
   const size_t triangles = shape.mesh.triangles.size();
   rows.add("triangles", triangles);
   add_time(rows, times, radius, triangles >= kJudgedFrom);
-  rows.add("contacts, most in a step", watched.most_contacts);
-  rows.add("steps cut short", watched.limited);
-  rows.add("answers truncated", watched.truncated);
-  rows.none("allocations", watched.allocated);
+  rows.add({{"contacts, most in a step", watched.most_contacts},
+            {"steps cut short", watched.limited},
+            {"answers truncated", watched.truncated},
+            {"allocations", watched.allocated, "", kMustBeZero}});
   return rows.rows();
 }
 

@@ -103,9 +103,9 @@ Agreement compare(const ProximityWork& work, PairPeer* peer) {
 }
 
 void add_agreement(Rows& rows, const Agreement& found, double poses) {
-  rows.add("poses at which they touch", found.touching / poses);
-  rows.none("sets that differ from those found from scratch", found.other_sets);
-  rows.none("yes or no that differs", found.other_answers);
+  rows.add({{"poses at which they touch", found.touching / poses},
+            {"sets that differ from those found from scratch", found.other_sets, "", kMustBeZero},
+            {"yes or no that differs", found.other_answers, "", kMustBeZero}});
   const auto add_counts = [&](const std::string& what, const std::vector<double>& n) {
     rows.add(what + ", p50", percentile(n, 50));
     rows.add(what + ", most", worst(n));
@@ -123,9 +123,9 @@ std::vector<Row> bench_pairs(const ProximityWork& work, std::vector<std::optiona
   Rows rows("proximity, " + work.name);
   const MeshShape object = work.object.view(), tool = work.tool.view();
   const auto peer = make_fcl_peer(object.mesh, tool.mesh);
-  rows.add("triangles of the object", object.mesh.triangles.size());
-  rows.add("triangles of the tool", tool.mesh.triangles.size());
-  rows.add("poses of 1 kHz", work.poses.size());
+  rows.add({{"triangles of the object", object.mesh.triangles.size()},
+            {"triangles of the tool", tool.mesh.triangles.size()},
+            {"poses of 1 kHz", work.poses.size()}});
 
   NearFront front(object, tool), reduced(object, tool);
   NearContacts contacts(object, tool);

@@ -273,18 +273,19 @@ std::vector<Row> bench_publish(int rounds, Rights& rights) {
   constexpr double kGoalP99 = 1.25e-6, kGoalRatio = 1.2;
   // without real-time rights, or with a shared core, the figures are meaningless
   Rows rows("ServoFrame", rights.all());
-  rows.add("ServoFrame, bytes", sizeof(ServoFrame), "B");
-  rows.add("publish every 10 µs, one fast reader p50", median(p50[0]), "s");
-  rows.at_most("publish every 10 µs, one fast reader p99", median(p99[0]), "s", kGoalP99);
-  rows.add("publish at 1 kHz, one fast reader p50", median(servo_p50), "s");
-  rows.at_most("publish at 1 kHz, one fast reader p99", median(servo_p99), "s", kGoalP99);
-  rows.add("publish every 10 µs, 8 slow readers p50", median(p50[1]), "s");
-  rows.add("publish every 10 µs, 8 slow readers p99", median(p99[1]), "s");
-  rows.add("publish every 10 µs, 8 stopped readers p50", median(p50[2]), "s");
-  rows.add("publish every 10 µs, 8 stopped readers p99", median(p99[2]), "s");
-  rows.at_most("8 slow readers over one fast, publish p50", median(slow_ratio), "", kGoalRatio);
-  rows.at_most("8 stopped readers over one fast, publish p50", median(stopped_ratio), "",
-               kGoalRatio);
+  rows.add(
+      {{"ServoFrame, bytes", sizeof(ServoFrame), "B"},
+       {"publish every 10 µs, one fast reader p50", median(p50[0]), "s"},
+       {"publish every 10 µs, one fast reader p99", median(p99[0]), "s", at_most(kGoalP99)},
+       {"publish at 1 kHz, one fast reader p50", median(servo_p50), "s"},
+       {"publish at 1 kHz, one fast reader p99", median(servo_p99), "s", at_most(kGoalP99)},
+       {"publish every 10 µs, 8 slow readers p50", median(p50[1]), "s"},
+       {"publish every 10 µs, 8 slow readers p99", median(p99[1]), "s"},
+       {"publish every 10 µs, 8 stopped readers p50", median(p50[2]), "s"},
+       {"publish every 10 µs, 8 stopped readers p99", median(p99[2]), "s"},
+       {"8 slow readers over one fast, publish p50", median(slow_ratio), "", at_most(kGoalRatio)},
+       {"8 stopped readers over one fast, publish p50", median(stopped_ratio), "",
+        at_most(kGoalRatio)}});
   return rows.rows();
 }
 

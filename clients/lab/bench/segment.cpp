@@ -93,9 +93,9 @@ void check_answers(Rows& rows, const Answers& answers, const MeshShape& shape,
     extra += !truth.hit && answers[i].hit;
     different += !same(truth, answers[i]);
   }
-  rows.none("missed, against brute force", missed);
-  rows.none("extra, against brute force", extra);
-  rows.none("another hit than brute force", different);
+  rows.add({{"missed, against brute force", missed, "", kMustBeZero},
+            {"extra, against brute force", extra, "", kMustBeZero},
+            {"another hit than brute force", different, "", kMustBeZero}});
 }
 
 /// The times of hits only, or of misses only.

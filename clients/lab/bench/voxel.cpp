@@ -304,11 +304,12 @@ std::vector<Row> run_coherence(const Options& options) {
   for (const double gap : kGaps) {
     const auto [tested, cpu_ns] = pass_by(field.view(), shell.view(), gap);
     const std::string name = readable(gap, "m") + " off, ";
-    rows.add(name + "tested a tick, tree alone", tested[0]);
-    rows.add(name + "tested a tick, coherent", tested[1]);
-    rows.add(name + "CPU a tick, tree alone", 1e-9 * cpu_ns[0], "s");
-    rows.add(name + "CPU a tick, coherent", 1e-9 * cpu_ns[1], "s");
-    rows.at_least(name + "fewer points by coherence", tested[0] / tested[1], "", kGoalCoherence);
+    rows.add({{name + "tested a tick, tree alone", tested[0]},
+              {name + "tested a tick, coherent", tested[1]},
+              {name + "CPU a tick, tree alone", 1e-9 * cpu_ns[0], "s"},
+              {name + "CPU a tick, coherent", 1e-9 * cpu_ns[1], "s"},
+              {name + "fewer points by coherence", tested[0] / tested[1], "",
+               at_least(kGoalCoherence)}});
   }
   return rows.rows();
 }

@@ -193,12 +193,12 @@ void add_course(Rows& rows, const std::string& prefix, const Course& course) {
   double sum = 0;
   for (const double time : times) sum += time;
   const double rate = static_cast<double>(times.size()) / sum;
-  rows.at_least(prefix + "contact rate", rate, "Hz", 1 / kGoalStep);
-  rows.add(prefix + "points tested p50", percentile(course.tested, 50));
-  rows.add(prefix + "points tested max", percentile(course.tested, 100));
-  rows.add(prefix + "points touching p50", percentile(course.touching, 50));
-  rows.add(prefix + "points touching max", percentile(course.touching, 100));
-  rows.add(prefix + "clusters p50", percentile(course.clusters, 50));
+  rows.add({{prefix + "contact rate", rate, "Hz", at_least(1 / kGoalStep)},
+            {prefix + "points tested p50", percentile(course.tested, 50)},
+            {prefix + "points tested max", percentile(course.tested, 100)},
+            {prefix + "points touching p50", percentile(course.touching, 50)},
+            {prefix + "points touching max", percentile(course.touching, 100)},
+            {prefix + "clusters p50", percentile(course.clusters, 50)}});
 }
 
 void add_peer(Rows& rows, const std::string& prefix, const Course& course) {
@@ -233,10 +233,10 @@ void add_deadline(Rows& rows, const std::string& prefix, Contest& contest, const
   const Course cut = follow(contest, pair.deep, ticks, nullptr, 0);
   contest.model.budget = ~0u;
   const double worst = percentile(cut.times, 99.9);
-  rows.add(prefix + "deep, steps that the budget ends",
-           static_cast<double>(cut.cut_short) / static_cast<double>(cut.times.size()));
-  rows.at_most(prefix + "deep, with the budget, CPU p99.9", worst, "s", kGoalStep);
-  rows.add(prefix + "deep, with the budget, CPU max", percentile(cut.times, 100), "s");
+  rows.add({{prefix + "deep, steps that the budget ends",
+             static_cast<double>(cut.cut_short) / static_cast<double>(cut.times.size())},
+            {prefix + "deep, with the budget, CPU p99.9", worst, "s", at_most(kGoalStep)},
+            {prefix + "deep, with the budget, CPU max", percentile(cut.times, 100), "s"}});
   const double over = std::max(percentile(cut.tested, 100) - budget, 0.0);
   rows.at_most(prefix + "deep, points over the budget", over, "", 0);
 }
@@ -246,11 +246,11 @@ std::vector<Row> run_pair(const Pair& pair, const BenchVoxelContactOptions& opti
   const std::string prefix = pair.name + ", ";
   Contest contest(pair);
   const MeshShape &tool = pair.tool.shape, &object = pair.object.shape;
-  rows.add(prefix + "triangles of the tool", tool.mesh.triangles.size());
-  rows.add(prefix + "triangles of the object", object.mesh.triangles.size());
-  rows.add(prefix + "points", contest.model.shell.x.size());
-  rows.add(prefix + "points apart", pair.voxel.point_spacing, "m");
-  rows.add(prefix + "cell of the field", pair.voxel.size, "m");
+  rows.add({{prefix + "triangles of the tool", tool.mesh.triangles.size()},
+            {prefix + "triangles of the object", object.mesh.triangles.size()},
+            {prefix + "points", contest.model.shell.x.size()},
+            {prefix + "points apart", pair.voxel.point_spacing, "m"},
+            {prefix + "cell of the field", pair.voxel.size, "m"}});
   const auto peer = make_fcl_peer(object.mesh, tool.mesh);
   const Course course = follow(contest, pair.path, options.ticks, peer.get(), options.peer_asked);
   add_course(rows, prefix, course);

@@ -182,16 +182,16 @@ std::vector<Row> session_rows(const Options& options) {
     progress.step();
   }
   Rows rows(options.config + ", live, with masses and without");
-  rows.add("servo busy p50, without", median(usual[0]), "s");
-  rows.add("servo busy p50, with", median(usual[1]), "s");
-  rows.add("servo busy p99, without", median(busy[0]), "s");
-  rows.add("servo busy p99, with", median(busy[1]), "s");
-  rows.at_most("servo busy p99, with over without", median(busy_ratio), "", kGoalBusy);
-  rows.add("contact rate, without", median(rate[0]), "Hz");
-  rows.add("contact rate, with", median(rate[1]), "Hz");
-  rows.at_least("contact rate, with over without", median(rate_ratio), "", kGoalRate);
-  rows.add("planes that push, mean, without", median(contacts[0]));
-  rows.add("planes that push, mean, with", median(contacts[1]));
+  rows.add({{"servo busy p50, without", median(usual[0]), "s"},
+            {"servo busy p50, with", median(usual[1]), "s"},
+            {"servo busy p99, without", median(busy[0]), "s"},
+            {"servo busy p99, with", median(busy[1]), "s"},
+            {"servo busy p99, with over without", median(busy_ratio), "", at_most(kGoalBusy)},
+            {"contact rate, without", median(rate[0]), "Hz"},
+            {"contact rate, with", median(rate[1]), "Hz"},
+            {"contact rate, with over without", median(rate_ratio), "", at_least(kGoalRate)},
+            {"planes that push, mean, without", median(contacts[0])},
+            {"planes that push, mean, with", median(contacts[1])}});
   return rows.rows();
 }
 

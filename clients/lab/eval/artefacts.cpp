@@ -64,12 +64,14 @@ void judge_plate(const ArtefactRun& run, bool is_penalty, Rows& rows) {
   const double resists = run.most_resisting(), helps = run.most_helping();
   const double at_end = run.force_W.back().z;
   const double wanted = is_penalty ? half : whole;
-  rows.add("thin plate: resists at most", resists, "N", wanted,
-           share_off(resists, wanted) <= kAgrees);
-  rows.add("thin plate: helps the tool through by", helps, "N", is_penalty ? half : 0,
-           is_penalty ? share_off(helps, half) <= kAgrees : helps == 0);
-  rows.add("thin plate: force with the tool 2 mm behind it", at_end, "N", is_penalty ? 0 : whole,
-           is_penalty ? at_end == 0 : share_off(at_end, whole) <= kAgrees);
+  rows.add(
+      {{"thin plate: resists at most", resists, "N",
+        given(wanted, share_off(resists, wanted) <= kAgrees)},
+       {"thin plate: helps the tool through by", helps, "N",
+        given(is_penalty ? half : 0, is_penalty ? share_off(helps, half) <= kAgrees : helps == 0)},
+       {"thin plate: force with the tool 2 mm behind it", at_end, "N",
+        given(is_penalty ? 0 : whole,
+              is_penalty ? at_end == 0 : share_off(at_end, whole) <= kAgrees)}});
 }
 
 Series force_along(const std::string& name, const ArtefactRun& run) {

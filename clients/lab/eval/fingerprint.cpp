@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/eval/fingerprint.h"
-
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -18,6 +16,13 @@
 
 namespace haptic {
 namespace {
+
+struct FingerprintEval {
+  std::vector<std::string> configs;  // session files
+  double seconds = 4;                // of each
+  LockstepOptions lockstep;
+  std::string forces;  // folder of the forces of another build; none: only hashes
+};
 
 struct Run {
   std::string hash;
@@ -57,8 +62,6 @@ std::optional<double> compare(const std::string& path, const std::vector<Wrench>
   return std::nullopt;
 }
 
-}  // namespace
-
 std::vector<Row> eval_fingerprint(const FingerprintEval& eval) {
   Rows rows("fingerprint");
   Progress progress("eval fingerprint",
@@ -85,6 +88,14 @@ std::vector<Row> eval_fingerprint(const FingerprintEval& eval) {
   return rows.rows();
 }
 
+}  // namespace
+
+/// Hashes of the results of every tick, for each session file and each renderer that can play it. A
+/// change of the code that is to change no behaviour must leave the hashes as they are. With a
+/// folder, the wrenches of each session are kept there; if it holds them already, the largest
+/// difference of a force is a row. A session whose hand is recorded plays its recording; one on a
+/// device or without its meshes is left out, and a row says why. Throws ConfigError for a file that
+/// cannot be read.
 Measured suite_fingerprint(Command& command) {
   const auto eval = std::make_shared<FingerprintEval>();
   add_duration(command, "--for", eval->seconds, "of each session").show_default();

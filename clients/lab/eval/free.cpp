@@ -73,12 +73,12 @@ void judge_scene(const FreeScene& scene, bool as_point, const FreeEval& eval,
 
 std::vector<Row> free_rows(const std::string& name, const FreeFound& found) {
   Rows rows(name);
-  rows.add("ticks", found.ticks);
-  rows.add("ticks that may touch, and do", found.touched);
-  rows.add("free ticks", found.free);
-  rows.add("free ticks in which something is felt", static_cast<double>(found.felt), "", 0,
-           found.felt == 0 && found.free > 0);
-  rows.none("force or torque in them, max", found.largest, "N");
+  rows.add({{"ticks", found.ticks},
+            {"ticks that may touch, and do", found.touched},
+            {"free ticks", found.free},
+            {"free ticks in which something is felt", static_cast<double>(found.felt), "",
+             given(0, found.felt == 0 && found.free > 0)},
+            {"force or torque in them, max", found.largest, "N", kMustBeZero}});
   if (found.felt > 0) rows.note("the most was felt", found.where);
   return rows.rows();
 }

@@ -48,11 +48,11 @@ std::vector<Row> rest_rows(const std::string& name, const RestCount& count, bool
   rows.at_least("share at rest within the tick", share, "", kRestShare);
   rows.add("ticks at a solver's limit", count.limits);
   if (!is_point) return rows.rows();
-  rows.add("places that ways are tried from", count.judged);
-  rows.none("of them caught: a straight way is free", count.caught);
-  rows.add("force such a way would take, max", count.worst, "N");
-  rows.add("of a force of", count.of_force, "N");
-  rows.none("of them with the verified proxy inside", count.inside);
+  rows.add({{"places that ways are tried from", count.judged},
+            {"of them caught: a straight way is free", count.caught, "", kMustBeZero},
+            {"force such a way would take, max", count.worst, "N"},
+            {"of a force of", count.of_force, "N"},
+            {"of them with the verified proxy inside", count.inside, "", kMustBeZero}});
   return rows.rows();
 }
 

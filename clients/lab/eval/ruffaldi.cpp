@@ -226,14 +226,14 @@ std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
   // only surfaces that a mesh represents (almost) exactly have a goal
   const bool judged = !scanned && (eval.surface == "plane" || eval.surface == "sphere");
   const double share = c.mean_force > 0 ? c.rms / c.mean_force : 0;
-  rows.at_most("force error, rms, of the mean", share, "", goal_if(judged, kShare));
-  rows.add("force error, rms", c.rms, "N");
-  rows.add("force error, rms, normal", c.rms_normal, "N");
-  rows.add("force error, rms, tangential", c.rms_tangential, "N");
-  rows.add("force error, max", c.max, "N");
-  rows.add("lag", c.lag, "ticks");
-  rows.add("force error, rms, lag taken out", c.rms_aligned, "N");
-  rows.add("direction jump in a tick, max", c.direction_jump, "rad");
+  rows.add({{"force error, rms, of the mean", share, "", at_most(goal_if(judged, kShare))},
+            {"force error, rms", c.rms, "N"},
+            {"force error, rms, normal", c.rms_normal, "N"},
+            {"force error, rms, tangential", c.rms_tangential, "N"},
+            {"force error, max", c.max, "N"},
+            {"lag", c.lag, "ticks"},
+            {"force error, rms, lag taken out", c.rms_aligned, "N"},
+            {"direction jump in a tick, max", c.direction_jump, "rad"}});
   if (!scanned) rows.add("bound of the mesh's error, h²κ/8·k", work.facet_error, "N");
   return rows.rows();
 }

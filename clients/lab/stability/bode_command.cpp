@@ -69,9 +69,9 @@ Rows rows_of(const Bode& bode, bool turning) {
   }
   const auto gain_error = [&](size_t i) { return std::fabs(decibels(bode.points[i].ratio())); };
   const auto phase_error = [&](size_t i) { return std::fabs(phases[i]); };
-  rows.add("within 3 dB up to", good_up_to(bode, gain_error, 3), "Hz");
-  rows.add("within 45 deg up to", good_up_to(bode, phase_error, 45), "Hz");
-  rows.add("distortion", bode.distortion);
+  rows.add({{"within 3 dB up to", good_up_to(bode, gain_error, 3), "Hz"},
+            {"within 45 deg up to", good_up_to(bode, phase_error, 45), "Hz"},
+            {"distortion", bode.distortion}});
   return rows;
 }
 

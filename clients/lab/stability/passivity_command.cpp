@@ -40,10 +40,10 @@ std::vector<Row> rows_of_passivity(const AxisOptions& options) {
       [](const MarginPoint& a, const MarginPoint& b) { return a.margin < b.margin; });
 
   Rows rows(options.turning ? "turning" : "moving");
-  rows.add("damping of the device", axis.damping, units.damping);
-  rows.add("damping of the coupling", axis.coupling_damping, units.damping);
-  rows.at_least("two-port margin", two_port_margin(axis), "", 0);
-  rows.add("where it is least", least->frequency, "Hz");
+  rows.add({{"damping of the device", axis.damping, units.damping},
+            {"damping of the coupling", axis.coupling_damping, units.damping},
+            {"two-port margin", two_port_margin(axis), "", at_least(0)},
+            {"where it is least", least->frequency, "Hz"}});
   const double most = passive_stiffness(axis);
   rows.add("stiffness, below 2 (b - b_c)/T", axis.stiffness, units.stiffness, most,
            axis.stiffness < most || axis.stiffness == 0);

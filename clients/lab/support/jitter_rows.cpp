@@ -94,14 +94,14 @@ Rows make_jitter_rows(const std::vector<JitterRound>& rounds) {
 
   const double hybrid_p99 =
       median_of(rounds, [](const JitterRound& r) { return seconds_at(r.hybrid.late, 99); });
-  rows.add("hybrid: wake p50, median of the pairs",
-           median_of(rounds, [](const JitterRound& r) { return seconds_at(r.hybrid.late, 50); }),
-           "s");
-  rows.at_most("hybrid: wake p99, median of the pairs", hybrid_p99, "s", kGoalHybridP99);
-  rows.add("hybrid: wakes later than 100 µs",
-           sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_100us; }));
-  rows.add("hybrid: wakes later than 1 ms",
-           sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_1ms; }));
+  rows.add(
+      {{"hybrid: wake p50, median of the pairs",
+        median_of(rounds, [](const JitterRound& r) { return seconds_at(r.hybrid.late, 50); }), "s"},
+       {"hybrid: wake p99, median of the pairs", hybrid_p99, "s", at_most(kGoalHybridP99)},
+       {"hybrid: wakes later than 100 µs",
+        sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_100us; })},
+       {"hybrid: wakes later than 1 ms",
+        sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_1ms; })}});
   return rows;
 }
 

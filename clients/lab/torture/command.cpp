@@ -215,17 +215,17 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
   const double per_minute = options.bodies ? kFaultsWithBodies : kFaultsPerMinute;
   const double goal = std::floor(per_minute * options.minutes());
   Rows totals = machine_rows("torture");
-  totals.add("faults", static_cast<double>(result.faults), "", goal,
-             result.interrupted || static_cast<double>(result.faults) >= goal);
-  totals.none("faults with violations", result.violations);
-  totals.none("violations between two faults", result.between);
+  totals.add({{"faults", static_cast<double>(result.faults), "",
+               given(goal, result.interrupted || static_cast<double>(result.faults) >= goal)},
+              {"faults with violations", result.violations, "", kMustBeZero},
+              {"violations between two faults", result.between, "", kMustBeZero}});
   const SampleAccount& s = result.samples;
-  totals.add("servo frames published", s.published);
-  totals.add("recorded", s.recorded);
-  totals.add("not recorded, explained", s.explained);
-  totals.none("not recorded, unexplained", s.unexplained);
-  totals.none("lost by recorders, all rings", s.told);
-  totals.none("missed by this program", result.unseen);
+  totals.add({{"servo frames published", s.published},
+              {"recorded", s.recorded},
+              {"not recorded, explained", s.explained},
+              {"not recorded, unexplained", s.unexplained, "", kMustBeZero},
+              {"lost by recorders, all rings", s.told, "", kMustBeZero},
+              {"missed by this program", result.unseen, "", kMustBeZero}});
   for (const std::string& why : s.unreadable) {
     totals.add("a recording cannot be read: " + why, 1, "", 0, false);
   }

@@ -315,10 +315,6 @@ Vec3 tilt_of(const Quat& q_BT) {
   return to_rotation_vector(q_BT * conjugate(about_z));
 }
 
-double answered_depth(const ForceRules& rules, const EmulatorRecord& record) {
-  return said(rules, record.answered).depth;
-}
-
 bool is_wall(const ForceRules& rules, const EmulatorRecord& command, double speed) {
   const Said at = said(rules, command.answered);
   const double force = std::min(rules.stiffness * at.depth, rules.max_force);

@@ -108,9 +108,6 @@ struct ForceVerdict {
 /// without z [rad].
 Vec3 tilt_of(const Quat& q_BT);
 
-/// Depth below the wall, or tilt, as known to the server when it sent a command [m or rad].
-double answered_depth(const ForceRules& rules, const EmulatorRecord& record);
-
 /// Whether a command equals the spring at the depth known to the server, within the passivity
 /// controller's damping at `speed` [m/s or rad/s] and the step of the currents.
 bool is_wall(const ForceRules& rules, const EmulatorRecord& command, double speed);

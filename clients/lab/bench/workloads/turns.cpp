@@ -77,9 +77,9 @@ std::vector<double> fastest(const Contestant& contestant, size_t n) {
 
 void add_times(Rows& rows, const std::string& name, const std::vector<double>& times,
                std::optional<double> goal_p99) {
-  rows.add(name + " p50", percentile(times, 50), "s");
-  rows.at_most(name + " p99", percentile(times, 99), "s", goal_p99);
-  rows.add(name + " max", percentile(times, 100), "s");
+  rows.add({{name + " p50", percentile(times, 50), "s"},
+            {name + " p99", percentile(times, 99), "s", at_most(goal_p99)},
+            {name + " max", percentile(times, 100), "s"}});
 }
 
 }  // namespace haptic

@@ -334,12 +334,12 @@ std::vector<Row> rows_of(const std::vector<CompareFigures>& figures, const Compa
     } else {
       rows.add("force in free space, max", f.free_force, "N");
     }
-    rows.add("depth of the proxy, max", f.depth_max, "m");
-    rows.add("depth of the proxy, mean", f.depth_mean, "m");
-    rows.add("largest force step", f.force_step, "N/ms");
-    rows.add("energy given to the hand", f.returned, "J");
-    rows.add("force in contact, mean", f.contact_force, "N");
-    rows.add("share of ticks in contact", 100 * f.share, "%");
+    rows.add({{"depth of the proxy, max", f.depth_max, "m"},
+              {"depth of the proxy, mean", f.depth_mean, "m"},
+              {"largest force step", f.force_step, "N/ms"},
+              {"energy given to the hand", f.returned, "J"},
+              {"force in contact, mean", f.contact_force, "N"},
+              {"share of ticks in contact", 100 * f.share, "%"}});
     out.insert(out.end(), rows.rows().begin(), rows.rows().end());
   }
   return out;
