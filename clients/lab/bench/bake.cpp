@@ -56,8 +56,8 @@ Times least_times(int rounds, const std::function<void()>& prepare,
 }
 
 void add_times(Rows& rows, const std::string& what, const Times& times, double goal) {
-  rows.at_most(what, times.wall, "s", goal);
-  rows.add(what + ", CPU of both threads", times.cpu, "s");
+  rows.add(
+      {{what, times.wall, "s", at_most(goal)}, {what + ", CPU of both threads", times.cpu, "s"}});
 }
 
 /// A baked shape in a temporary file.

@@ -17,7 +17,6 @@
 namespace haptic {
 namespace {
 
-constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
 constexpr const char* kAsInASession = "as in a session";
 constexpr double kTolerance = 1e-6, kFine = 1e-8;  // [m]; kFine: of the peer that says what is true
 constexpr double kShortest = 1e-6;  // width of the time interval at which Redon's method stops
@@ -88,8 +87,8 @@ void bench_truth(Rows& rows, const Options& options) {
     }
     rows.note(file.scene, std::to_string(file.queries.size()) + " queries, " +
                               std::to_string(static_cast<int>(session.meets)) + " meet");
-    rows.none(file.scene + ": missed", session.missed);
-    rows.add(file.scene + ": false alarms", session.false_alarms);
+    rows.add({{file.scene + ": missed", session.missed, "", kMustBeZero},
+              {file.scene + ": false alarms", session.false_alarms}});
   }
   const auto n = static_cast<double>(all.size());
   const auto add = [&](const std::string& name, const Tally& tally, bool judged) {

@@ -4,11 +4,13 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "clients/hapt/scratch_folder.h"
 #include "clients/hapt/session_process.h"
 #include "clients/library/client.h"
 #include "clients/library/histogram.h"
+#include "clients/report/median.h"
 
 namespace haptic {
 
@@ -33,6 +35,14 @@ struct SessionWindow {
   double contacts = 0;                // mean number of planes that push
   double seconds = 0;                 // how long it lasted
 };
+
+/// Median over the windows of one quantity.
+template <class Window, class Part>
+double median_of(const std::vector<Window>& windows, double Part::*quantity) {
+  std::vector<double> values;
+  for (const Window& window : windows) values.push_back(window.*quantity);
+  return median(values);
+}
 
 /// hapticd with the session file at a path, and a client that watches servo and contact.
 class LiveSession {

@@ -21,7 +21,6 @@ constexpr size_t kChunk = 100;   // queries of one contestant per turn
 constexpr double kSame = 1e-12;  // depths that differ by less are the same [m]
 constexpr double kWrong = 1e-6;  // an error of a peer that counts, beside 1 % of the depth [m]
 constexpr double kApart = 6e-3;  // what moves the poses of W4 apart by some millimetres [m]
-constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
 
 struct Options {
   int rounds = 5;
@@ -64,8 +63,8 @@ void add_peers(Rows& rows, const std::vector<Contestant>& contestants,
   for (size_t k = 0; k < answers.size(); ++k) {
     const Contestant& peer = contestants[k + 1];
     const std::vector<double> times = fastest(peer, exact.size());
-    rows.add(peer.name + " p50", percentile(times, 50), "s");
-    rows.add(peer.name + " p99", percentile(times, 99), "s");
+    rows.add({{peer.name + " p50", percentile(times, 50), "s"},
+              {peer.name + " p99", percentile(times, 99), "s"}});
     size_t wrong = 0;
     for (size_t i = 0; i < exact.size(); ++i) {
       wrong += std::fabs(answers[k][i] - exact[i]) > 0.01 * exact[i] + kWrong;

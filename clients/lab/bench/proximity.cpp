@@ -107,8 +107,7 @@ void add_agreement(Rows& rows, const Agreement& found, double poses) {
             {"sets that differ from those found from scratch", found.other_sets, "", kMustBeZero},
             {"yes or no that differs", found.other_answers, "", kMustBeZero}});
   const auto add_counts = [&](const std::string& what, const std::vector<double>& n) {
-    rows.add(what + ", p50", percentile(n, 50));
-    rows.add(what + ", most", worst(n));
+    rows.add({{what + ", p50", percentile(n, 50)}, {what + ", most", worst(n)}});
   };
   add_counts("near pairs", found.pairs);
   add_counts("local minima", found.minima);
@@ -159,8 +158,9 @@ std::vector<Row> bench_pairs(const ProximityWork& work, std::vector<std::optiona
   rows.add("front : from scratch, all pairs", median_ratio(ours[0], ours[2]));
 
   add_agreement(rows, compare(work, peer.get()), static_cast<double>(poses.size()));
-  rows.add("front, pairs of nodes", front.size());
-  rows.none("allocations once along the path", allocations(reduced, contacts, poses));
+  rows.add({{"front, pairs of nodes", front.size()},
+            {"allocations once along the path", allocations(reduced, contacts, poses), "",
+             kMustBeZero}});
   return rows.rows();
 }
 

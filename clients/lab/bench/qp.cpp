@@ -25,7 +25,6 @@ constexpr double kMass = 0.2;                      // [kg]
 constexpr double kPull = 20;          // [1/s]; a hand 5 mm away pulls the tool at 0.1 m/s
 constexpr double kFriction = 0.3;     // coefficient of friction
 constexpr size_t kSameContacts = 50;  // ticks with the same contacts
-constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
 
 struct Options {
   int rounds = 3;
@@ -228,9 +227,9 @@ std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options)
   add_times(rows, contestants[1].name, contestants[1].times,
             goal_if(has_goal, n == 20 ? kGoal20 : kGoal64));
   add_times(rows, contestants[2].name, contestants[2].times);
-  rows.none("not converged", solvers.failed);
-  rows.add("pivoting not converged", static_cast<double>(solvers.unpivoted) /
-                                         static_cast<double>(contestants[2].times.size()));
+  rows.add({{"not converged", solvers.failed, "", kMustBeZero},
+            {"pivoting not converged", static_cast<double>(solvers.unpivoted) /
+                                           static_cast<double>(contestants[2].times.size())}});
   if (!coherent) return rows.rows();
 
   const size_t fewer = std::min<size_t>(options.ticks, 500);
@@ -239,9 +238,9 @@ std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options)
   take_turns(slower, fewer, kChunk, options.rounds);
   for (const Contestant& c : slower) add_times(rows, c.name, c.times);
   const double asked = static_cast<double>(slower[0].times.size());
-  rows.add("Gauss-Seidel not settled in 200 sweeps",
-           static_cast<double>(solvers.unsettled) / asked);
-  rows.add("Coulomb not converged", static_cast<double>(solvers.unsettled_friction) / asked);
+  rows.add(
+      {{"Gauss-Seidel not settled in 200 sweeps", static_cast<double>(solvers.unsettled) / asked},
+       {"Coulomb not converged", static_cast<double>(solvers.unsettled_friction) / asked}});
   bench_dantzig(rows, work, n, options);
   bench_cgal(rows, work, solvers, options);
   rows.none("allocations", allocations(solvers, fewer));

@@ -191,7 +191,7 @@ std::vector<Row> rows_of(const RigidScene& scene, const ShakingHand& hand, const
             {"of them jams", tally.jams, "", kMustBeZero},
             {"longest way left there", tally.longest, "m"}});
   if (tally.peer.empty()) {
-    rows.note("FCL", "LEFT OUT: install with ./run bench");
+    rows.note("FCL", kLeftOut);
   } else {
     rows.add_beside("one move, CPU p50, beside", p50, "s", "FCL, one distance at the same poses",
                     percentile(tally.peer, 50));

@@ -88,8 +88,8 @@ std::vector<Row> scene_step_rows(const std::string& file) {
   };
   add("bodies move", alone.times(true));
   add("all at rest", quiet.times(false));
-  rows.add("ticks left out", alone.left_out());
-  rows.add("the same, more behind a stall of 8 ms", stalled.left_out() - alone.left_out());
+  rows.add({{"ticks left out", alone.left_out()},
+            {"the same, more behind a stall of 8 ms", stalled.left_out() - alone.left_out()}});
   return rows.rows();
 }
 

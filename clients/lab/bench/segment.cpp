@@ -21,7 +21,6 @@ namespace haptic {
 namespace {
 
 constexpr size_t kChunk = 1000;  // queries of one contestant per turn
-constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
 // at most: median and p99 relative to Embree's, growth of the median, spread of the median
 constexpr double kGoalMedian = 0.5, kGoalP99 = 0.7, kGoalGrowth = 1.5, kGoalSpread = 0.3;
 constexpr size_t kSweptTriangles = 100'000;  // at most; a sweep builds a grid for each size
@@ -155,8 +154,8 @@ double bench_beside_peers(Rows& rows, const MeshShape& shape, const Segments& se
     rows.add(peer.name + ", hit or miss answered otherwise", flips);
     if (asked[n] != 0) continue;
     const double median = p50 / percentile(peer.times, 50), tail = p99 / percentile(peer.times, 99);
-    rows.at_most("p50, of Embree's", median, "", kGoalMedian);
-    rows.at_most("p99, of Embree's", tail, "", kGoalP99);
+    rows.add({{"p50, of Embree's", median, "", at_most(kGoalMedian)},
+              {"p99, of Embree's", tail, "", at_most(kGoalP99)}});
   }
   return p50;
 }
@@ -197,8 +196,8 @@ void bench_columns(Rows& rows, const MeshShape& shape, const Segments& segments,
     for (size_t k = 1; k < columns.size(); ++k) {
       const MeanAndWorst other = judge(columns[k], counts, segments.size());
       const std::string ratio = columns[k].name + " : hybrid, " + which;
-      rows.add(ratio + ", mean", other.mean / hybrid.mean);
-      rows.add(ratio + ", worst", other.worst / hybrid.worst);
+      rows.add({{ratio + ", mean", other.mean / hybrid.mean},
+                {ratio + ", worst", other.worst / hybrid.worst}});
     }
   };
   compare("hits", [&](size_t i) { return truth[i].hit; });
@@ -232,14 +231,14 @@ void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
   const double least = *std::min_element(means.begin(), means.end());
   for (size_t k = 0; k < means.size(); ++k) {
     const std::string cell = readable(choices[k].cell, "m");
-    rows.add("sweep, cell " + cell + ", mean", means[k], "s");
-    rows.add("sweep, cell " + cell + ", expected", choices[k].cost, "s");
+    rows.add({{"sweep, cell " + cell + ", mean", means[k], "s"},
+              {"sweep, cell " + cell + ", expected", choices[k].cost, "s"}});
     if (means[k] == least) rows.add("sweep, cheapest cell", choices[k].cell, "m");
     if (choices[k].cell != bench.built.grid.grid.cell) continue;
     rows.add("sweep, chosen : cheapest", means[k] / least);
   }
-  rows.add("sweep, finest : cheapest", means.front() / least);
-  rows.add("sweep, coarsest : cheapest", means.back() / least);
+  rows.add({{"sweep, finest : cheapest", means.front() / least},
+            {"sweep, coarsest : cheapest", means.back() / least}});
 }
 
 /// Rows of one mesh; returns the median with warm start.
@@ -248,8 +247,7 @@ double bench_mesh(Rows& rows, const WorkloadMesh& work, const Options& options) 
   bench.mesh = build_mesh(work.soup.vertices, work.soup.triangles);
   bench.built = build_search_structures(bench.mesh.view());
   const MeshShape shape = bench.view();
-  rows.add("triangles", shape.mesh.triangles.size());
-  rows.add("cell", shape.grid.cell, "m");
+  rows.add({{"triangles", shape.mesh.triangles.size()}, {"cell", shape.grid.cell, "m"}});
   const Segments segments = dragged_segments(shape, work.kind, options.segments);
   Answers answers;
   const double p50 = bench_beside_peers(rows, shape, segments, options, answers);

@@ -14,7 +14,6 @@
 #include "clients/lab/bench/workloads/viewers.h"
 #include "clients/lab/support/forked_process.h"
 #include "clients/lab/support/measurement.h"
-#include "clients/report/median.h"
 #include "proto/config/command_line.h"
 #include "proto/os/progress.h"
 #include "proto/os/session_file.h"
@@ -54,10 +53,9 @@ double cpu_of(pid_t pid) {
 }
 
 /// The measurements of one window of one case.
-struct Window {
-  double busy_p99 = 0, wake_p99 = 0;  // of the servo [s]
-  double bridge = 0;                  // of a core
-  double frames = 0;                  // a second and viewer
+struct Window : SessionWindow {
+  double bridge = 0;  // of a core
+  double frames = 0;  // a second and viewer
 };
 
 struct Case {
@@ -98,9 +96,9 @@ class Watched {
   Window measure(const ViewerCounts& counts) {
     const double cpu = cpu_of(bridge_.pid());
     const uint64_t frames = counts.frames;
-    const SessionWindow window = session_.watch(options_.seconds);
-    return {window.busy_p99, window.wake_p99, (cpu_of(bridge_.pid()) - cpu) / window.seconds,
-            static_cast<double>(counts.frames - frames) / window.seconds};
+    const SessionWindow seen = session_.watch(options_.seconds);
+    return {seen, (cpu_of(bridge_.pid()) - cpu) / seen.seconds,
+            static_cast<double>(counts.frames - frames) / seen.seconds};
   }
 
   const Options& options_;
@@ -110,28 +108,21 @@ class Watched {
   uint16_t port_ = 0;
 };
 
-/// The median over the rounds of one quantity.
-double median_of(const std::vector<Window>& windows, double Window::*quantity) {
-  std::vector<double> values;
-  for (const Window& window : windows) values.push_back(window.*quantity);
-  return median(values);
-}
-
 std::vector<Row> rows_of(const Case& one, const std::vector<Window>& windows,
                          const std::vector<Window>& none) {
   Rows rows(one.name);
   const double busy = median_of(windows, &Window::busy_p99);
   const double core = median_of(windows, &Window::bridge);
-  rows.add("servo_busy_p99", busy, "s");
-  rows.add("servo_wake_lateness_p99", median_of(windows, &Window::wake_p99), "s");
+  rows.add({{"servo_busy_p99", busy, "s"},
+            {"servo_wake_lateness_p99", median_of(windows, &Window::wake_p99), "s"}});
   if (one.viewers == 0) {
     rows.add("bridge_cpu", core, "cores");
     return rows.rows();
   }
   rows.at_most("servo_busy_p99_ratio", busy / median_of(none, &Window::busy_p99), "", kMostBusy);
   if (one.viewers > 1) {
-    rows.at_most("bridge_cpu", core, "cores", kMostOfCore);
-    rows.add("frames_of_a_viewer", median_of(windows, &Window::frames), "Hz");
+    rows.add({{"bridge_cpu", core, "cores", at_most(kMostOfCore)},
+              {"frames_of_a_viewer", median_of(windows, &Window::frames), "Hz"}});
   } else {
     rows.at_most("bridge_cpu_more", core - median_of(none, &Window::bridge), "cores", kMostForOne);
   }

@@ -191,9 +191,9 @@ std::vector<Row> run_trial(const Trial& trial, int rounds) {
   const std::string prefix = trial.name + ", ";
   size_t touching = 0;
   for (const ShellInVoxels& at : poses) touching += scan(fastest_scan())(at);
-  rows.add(prefix + "points", n);
-  rows.add(prefix + "points not free",
-           static_cast<double>(touching) / static_cast<double>(poses.size() * n));
+  rows.add({{prefix + "points", n},
+            {prefix + "points not free",
+             static_cast<double>(touching) / static_cast<double>(poses.size() * n)}});
   for (const Way& way : ways) rows.add(prefix + way.name, median(way.rates), "1/µs");
   rows.add(prefix + "scalar over its ceiling", median_ratio(ways[0], ways[1]));
   if (!has_lanes) {
@@ -215,8 +215,7 @@ std::vector<Row> run_map(const Options& options, uint32_t side,
   const std::string name = std::to_string(side) + "³";
   Rows rows(name);
   const auto voxels = static_cast<double>(map.index.size() * kBrickSide * kBrickSide * kBrickSide);
-  rows.add(name + ", map", map.bytes(), "B");
-  rows.add(name + ", dense", voxels / 4, "B");
+  rows.add({{name + ", map", map.bytes(), "B"}, {name + ", dense", voxels / 4, "B"}});
   for (size_t i = 0; i < shells.size(); ++i) {
     const uint32_t n = options.points[i];
     const std::string points = name + ", " + std::to_string(n) + " points, ";
@@ -331,8 +330,9 @@ std::vector<Row> run_memory(const Options& options) {
     const auto map_bytes = static_cast<double>(map.index.size_bytes() + map.data.size_bytes());
     const auto field_bytes = static_cast<double>(
         field.index.size_bytes() + field.middle.size_bytes() + field.data.size_bytes());
-    rows.at_most(name + ", map", map_bytes, "B", kGoalMap);
-    rows.at_most(name + ", distance field, band of two voxels", field_bytes, "B", kGoalField);
+    rows.add(
+        {{name + ", map", map_bytes, "B", at_most(kGoalMap)},
+         {name + ", distance field, band of two voxels", field_bytes, "B", at_most(kGoalField)}});
   } catch (const MeshError& error) {
     rows.note(name, std::string("LEFT OUT: ") + error.what());
   }

@@ -217,8 +217,8 @@ void add_deadline(Rows& rows, const std::string& prefix, Contest& contest, const
                   int ticks) {
   const int few = std::min(ticks, kTicksATry);
   const Course whole = follow(contest, pair.deep, few, nullptr, 0);
-  rows.add(prefix + "deep, CPU p99, any number of points", percentile(whole.times, 99), "s");
-  rows.add(prefix + "deep, points tested p50", percentile(whole.tested, 50));
+  rows.add({{prefix + "deep, CPU p99, any number of points", percentile(whole.times, 99), "s"},
+            {prefix + "deep, points tested p50", percentile(whole.tested, 50)}});
   // every node once, and every point twice
   const Pointshell& shell = contest.model.shell;
   const auto most = static_cast<uint32_t>(shell.nodes.size() + 2 * shell.x.size());
@@ -257,7 +257,7 @@ std::vector<Row> run_pair(const Pair& pair, const BenchVoxelContactOptions& opti
   if (peer) {
     add_peer(rows, prefix, course);
   } else {
-    rows.note(prefix + "FCL", "LEFT OUT: install with ./run bench");
+    rows.note(prefix + "FCL", kLeftOut);
   }
   if (pair.deep) add_deadline(rows, prefix, contest, pair, options.ticks);
   return rows.rows();

@@ -165,33 +165,33 @@ std::vector<Row> session_rows(const Options& options) {
   const RuntimeFolder folder;
   const std::string with = find_session_file(options.config);
   const std::array<std::string, 2> configs{without_masses(with, folder.path()), with};
-  std::array<std::vector<double>, 2> usual, busy, rate, contacts;
+  std::array<std::vector<SessionWindow>, 2> windows;
   std::vector<double> busy_ratio, rate_ratio;
   Progress progress("sessions", options.rounds);
   for (int round = 0; round < options.rounds; ++round) {
     for (size_t i = 0; i < 2; ++i) {
       LiveSession session(folder, "bench-world", configs[i]);
-      const SessionWindow window = session.watch(options.seconds);
-      usual[i].push_back(window.busy_p50);
-      busy[i].push_back(window.busy_p99);
-      rate[i].push_back(window.contact_rate);
-      contacts[i].push_back(window.contacts);
+      windows[i].push_back(session.watch(options.seconds));
     }
-    busy_ratio.push_back(busy[1].back() / busy[0].back());
-    rate_ratio.push_back(rate[1].back() / rate[0].back());
+    const SessionWindow &without = windows[0].back(), &with_masses = windows[1].back();
+    busy_ratio.push_back(with_masses.busy_p99 / without.busy_p99);
+    rate_ratio.push_back(with_masses.contact_rate / without.contact_rate);
     progress.step();
   }
+  const auto of = [&](size_t i, double SessionWindow::*quantity) {
+    return median_of(windows[i], quantity);
+  };
   Rows rows(options.config + ", live, with masses and without");
-  rows.add({{"servo busy p50, without", median(usual[0]), "s"},
-            {"servo busy p50, with", median(usual[1]), "s"},
-            {"servo busy p99, without", median(busy[0]), "s"},
-            {"servo busy p99, with", median(busy[1]), "s"},
+  rows.add({{"servo busy p50, without", of(0, &SessionWindow::busy_p50), "s"},
+            {"servo busy p50, with", of(1, &SessionWindow::busy_p50), "s"},
+            {"servo busy p99, without", of(0, &SessionWindow::busy_p99), "s"},
+            {"servo busy p99, with", of(1, &SessionWindow::busy_p99), "s"},
             {"servo busy p99, with over without", median(busy_ratio), "", at_most(kGoalBusy)},
-            {"contact rate, without", median(rate[0]), "Hz"},
-            {"contact rate, with", median(rate[1]), "Hz"},
+            {"contact rate, without", of(0, &SessionWindow::contact_rate), "Hz"},
+            {"contact rate, with", of(1, &SessionWindow::contact_rate), "Hz"},
             {"contact rate, with over without", median(rate_ratio), "", at_least(kGoalRate)},
-            {"planes that push, mean, without", median(contacts[0])},
-            {"planes that push, mean, with", median(contacts[1])}});
+            {"planes that push, mean, without", of(0, &SessionWindow::contacts)},
+            {"planes that push, mean, with", of(1, &SessionWindow::contacts)}});
   return rows.rows();
 }
 

@@ -54,8 +54,8 @@ void judge_edge(const ArtefactRun& run, bool is_penalty, Rows& rows) {
              share_off(run.largest_step(), turn) <= kAgrees);
   } else {
     const double beyond = run.largest_step_beyond(kEdgeStiffness);
-    rows.add("edge of a block: largest step of the force in a tick", run.largest_step(), "N");
-    rows.at_most("edge of a block: step beyond stiffness times motion", beyond, "N", 1e-9);
+    rows.add({{"edge of a block: largest step of the force in a tick", run.largest_step(), "N"},
+              {"edge of a block: step beyond stiffness times motion", beyond, "N", at_most(1e-9)}});
   }
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clients/report/median.h"
+
 namespace haptic {
 namespace {
 
@@ -15,13 +17,6 @@ constexpr double kLostDepth = 1e-5;  // [m]; see "lost"
 // surface (point_proxy.h), 1.6 µm
 constexpr double kLeaveLag = 2e-6;
 constexpr double kLeastDescent = 1e-6;  // [N]; see "not a local minimum"
-
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return values[static_cast<size_t>(rank)];
-}
 
 }  // namespace
 
@@ -89,7 +84,7 @@ std::vector<Row> EvalJudge::rows(const std::string& name, const EvalGoals& goals
       {{"ticks", found_.ticks},
        {"ticks in contact", found_.touching},
        {"force error, rms", rms_error(), "N", at_most(goals.rms_force_error)},
-       {"force error, p99", percentile(trace_.error, 0.99), "N"},
+       {"force error, p99", percentile(trace_.error, 99), "N"},
        {"force error, max", found_.worst_error, "N", at_most(goals.max_force_error)},
        {"ticks in which the exact one leaves a saddle vertex", found_.leaving},
        {"force error in these, max", found_.worst_leaving, "N"},

@@ -54,8 +54,8 @@ std::vector<Row> moving_rows(const std::string& name, const MovingFound& found) 
   for (const MovingCount& row : kMovingCounts) {
     row.has_goal ? rows.none(row.name, found.*row.count) : rows.add(row.name, found.*row.count);
   }
-  rows.add("behind its objects, max", found.most_behind, "m");
-  rows.add("force, max", found.largest_force, "N");
+  rows.add({{"behind its objects, max", found.most_behind, "m"},
+            {"force, max", found.largest_force, "N"}});
   return rows.rows();
 }
 

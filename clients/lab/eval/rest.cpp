@@ -41,12 +41,12 @@ std::vector<RestScene> rest_scenes_of(const RestEval& eval) {
 
 std::vector<Row> rest_rows(const std::string& name, const RestCount& count, bool is_point) {
   Rows rows(name);
-  rows.add("ticks in contact", count.touching);
-  rows.add("of them not at rest within the tick", count.restless);
+  rows.add({{"ticks in contact", count.touching},
+            {"of them not at rest within the tick", count.restless}});
   const auto ticks = static_cast<double>(std::max<uint64_t>(count.touching, 1));
   const double share = 1 - static_cast<double>(count.restless) / ticks;
-  rows.at_least("share at rest within the tick", share, "", kRestShare);
-  rows.add("ticks at a solver's limit", count.limits);
+  rows.add({{"share at rest within the tick", share, "", at_least(kRestShare)},
+            {"ticks at a solver's limit", count.limits}});
   if (!is_point) return rows.rows();
   rows.add({{"places that ways are tried from", count.judged},
             {"of them caught: a straight way is free", count.caught, "", kMustBeZero},

@@ -57,10 +57,10 @@ std::vector<Row> judge_plane(Renderer renderer, const LockstepOptions& lockstep)
   for (uint32_t age = 1; age <= kOldest; ++age) {
     free = std::max(free, force_in_free_space(renderer, {lockstep.contact_period, age}));
   }
-  rows.at_most("free at 2 m/s and 10 rad/s, 1 to 20 late: force, max", free, "N",
-               goal_if(is_massless(renderer), 0));
-  rows.at_most("pushed at 45°: force along/across the plane, max",
-               slant_of_push(renderer, lockstep), "", goal_if(is_massless(renderer), kSlantGoal));
+  rows.add({{"free at 2 m/s and 10 rad/s, 1 to 20 late: force, max", free, "N",
+             at_most(goal_if(is_massless(renderer), 0))},
+            {"pushed at 45°: force along/across the plane, max", slant_of_push(renderer, lockstep),
+             "", at_most(goal_if(is_massless(renderer), kSlantGoal))}});
   return rows.rows();
 }
 

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "clients/lab/eval/renderer.h"
+#include "clients/lab/support/closed_grid.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"
@@ -50,16 +51,8 @@ SurfacePoint on_bumps(double x, double y) {
 
 /// A torus of n × m quads of two triangles.
 Soup make_torus(uint32_t n, uint32_t m) {
-  Soup soup;
-  for (uint32_t i = 0; i < n; ++i) {
-    for (uint32_t j = 0; j < m; ++j) {
-      soup.vertices.push_back(on_torus(2 * kPi * i / n, 2 * kPi * j / m).p);
-      const auto at = [&](uint32_t a, uint32_t b) { return (a % n) * m + b % m; };
-      const uint32_t a = at(i, j), b = at(i + 1, j), c = at(i + 1, j + 1), d = at(i, j + 1);
-      soup.triangles.insert(soup.triangles.end(), {{a, b, c}, {a, c, d}});
-    }
-  }
-  return soup;
+  return make_closed_grid(
+      n, m, [&](uint32_t i, uint32_t j) { return on_torus(2 * kPi * i / n, 2 * kPi * j / m).p; });
 }
 
 double longest_edge(const Soup& soup) {
@@ -221,8 +214,7 @@ std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
   Rows rows = machine_rows("ruffaldi on " + (scanned ? eval.traj : eval.surface));
   rows.add("triangles", shape.mesh.triangles.size());
   if (!scanned) rows.add("noise of the tracker", eval.noise, "m");
-  rows.add("samples in contact", c.samples);
-  rows.add("mean force", c.mean_force, "N");
+  rows.add({{"samples in contact", c.samples}, {"mean force", c.mean_force, "N"}});
   // only surfaces that a mesh represents (almost) exactly have a goal
   const bool judged = !scanned && (eval.surface == "plane" || eval.surface == "sphere");
   const double share = c.mean_force > 0 ? c.rms / c.mean_force : 0;

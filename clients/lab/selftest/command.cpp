@@ -42,19 +42,20 @@ Rows make_rows(const SessionConfig& config, const GuardedLoopResult& result) {
   rows.add("ticks under guard", result.ticks);
   const bool is_simulated = !has_node(config.device);
   // without contact a simulated hand tests little; a real hand is up to its user
-  rows.at_least("of them in contact", result.contact_ticks, "", goal_if(is_simulated, 1));
-  // a loop whose device did not answer has not been tested
-  rows.none("of them without the device", result.lost_ticks);
+  rows.add({{"of them in contact", result.contact_ticks, "", at_least(goal_if(is_simulated, 1))},
+            // a loop whose device did not answer has not been tested
+            {"of them without the device", result.lost_ticks, "", kMustBeZero}});
   for (size_t kind = 0; kind < kViolations; ++kind) {
     const uint64_t count = result.report.caught[kind].count;
     rows.none(std::string("violations: ") + name_of(static_cast<Violation>(kind)), count);
   }
   // caused by other programs on this core
-  rows.add("involuntary switches", result.report.involuntary_switches);
-  // one sleep per timed tick and no other wait; on a node the kernel may wait for its own lock
-  rows.add("voluntary switches", result.report.voluntary_switches, "",
-           goal_if(is_simulated, static_cast<double>(result.timed_ticks)),
-           result.stray_sleeps() == 0);
+  rows.add(
+      {{"involuntary switches", result.report.involuntary_switches},
+       // one sleep per timed tick and no other wait; on a node the kernel may wait for its own lock
+       {"voluntary switches", result.report.voluntary_switches, "",
+        given(goal_if(is_simulated, static_cast<double>(result.timed_ticks)),
+              result.stray_sleeps() == 0)}});
   return rows;
 }
 

@@ -45,9 +45,9 @@ std::vector<Row> rows_of_passivity(const AxisOptions& options) {
             {"two-port margin", two_port_margin(axis), "", at_least(0)},
             {"where it is least", least->frequency, "Hz"}});
   const double most = passive_stiffness(axis);
-  rows.add("stiffness, below 2 (b - b_c)/T", axis.stiffness, units.stiffness, most,
-           axis.stiffness < most || axis.stiffness == 0);
-  rows.add("largest stiffness with a margin", largest_with_margin(axis), units.stiffness);
+  rows.add({{"stiffness, below 2 (b - b_c)/T", axis.stiffness, units.stiffness,
+             given(most, axis.stiffness < most || axis.stiffness == 0)},
+            {"largest stiffness with a margin", largest_with_margin(axis), units.stiffness}});
   if (!options.output.empty()) draw_passivity(options, curve);
   return rows.rows();
 }

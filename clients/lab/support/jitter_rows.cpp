@@ -55,12 +55,13 @@ void add_witness_rows(Rows& rows, const std::vector<JitterRound>& rounds) {
     sum.shared += one.shared;
     sum.largest_private_ns = std::max(sum.largest_private_ns, one.largest_private_ns);
   }
-  rows.add("wakes later than 200 µs", sum.late);
-  rows.add("of them shared with the witness", sum.shared);
+  rows.add(
+      {{"wakes later than 200 µs", sum.late}, {"of them shared with the witness", sum.shared}});
   if (sum.late == 0) return;
   const double share = static_cast<double>(sum.shared) / static_cast<double>(sum.late);
-  rows.at_least("share of them shared", share, "", kGoalShared);
-  rows.add("latest that was not shared", 1e-9 * static_cast<double>(sum.largest_private_ns), "s");
+  rows.add(
+      {{"share of them shared", share, "", at_least(kGoalShared)},
+       {"latest that was not shared", 1e-9 * static_cast<double>(sum.largest_private_ns), "s"}});
 }
 
 }  // namespace

@@ -200,8 +200,8 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
     if (info.is_of_six && !options.six) continue;
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
     Rows rows{std::string(info.name)};
-    rows.add("faults", tally.count);
-    rows.none("faults with violations", tally.violated);
+    rows.add(
+        {{"faults", tally.count}, {"faults with violations", tally.violated, "", kMustBeZero}});
     if (tally.worst_zero_ns) rows.add("worst time to zero", seconds(*tally.worst_zero_ns), "s");
     if (tally.worst_recovery_ns) {
       rows.add("worst time to whole", seconds(*tally.worst_recovery_ns), "s");

@@ -389,6 +389,11 @@ std::vector<Stall> emulator_stalls(std::span<const EmulatorRecord> records) {
   return out;
 }
 
+std::vector<Stall> stalls_since(std::vector<Stall> stalls, int64_t since_ns) {
+  std::erase_if(stalls, [&](const Stall& s) { return s.end_ns <= since_ns; });
+  return merge_stalls(stalls, {});
+}
+
 std::vector<Stall> merge_stalls(std::span<const Stall> a, std::span<const Stall> b) {
   std::vector<Stall> all(a.begin(), a.end());
   all.insert(all.end(), b.begin(), b.end());

@@ -127,6 +127,9 @@ std::optional<int64_t> whole_again(const ForceRules& rules, std::span<const Emul
 /// gap is its own delay.
 std::vector<Stall> emulator_stalls(std::span<const EmulatorRecord> records);
 
+/// Those that end later than `since_ns`, in order and without overlap.
+std::vector<Stall> stalls_since(std::vector<Stall> stalls, int64_t since_ns);
+
 /// The union of two lists of stalls, in order of time and without overlap.
 std::vector<Stall> merge_stalls(std::span<const Stall> a, std::span<const Stall> b);
 

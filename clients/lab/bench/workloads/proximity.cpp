@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "clients/lab/bench/workloads/workload.h"
+#include "clients/lab/support/closed_grid.h"
 #include "clients/lab/support/dice.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/shape/mesh/machine_parts.h"
@@ -26,19 +27,12 @@ Quat about_z(double angle) {
 
 /// Radii 30 and 8 mm with bumps of 0.4 mm.
 Soup bumpy_torus(uint32_t around, uint32_t across) {
-  Soup soup;
-  const auto at = [&](uint32_t i, uint32_t j) { return (i % around) * across + j % across; };
-  for (uint32_t i = 0; i < around; ++i) {
-    for (uint32_t j = 0; j < across; ++j) {
-      const double a = 2 * kPi * i / around, b = 2 * kPi * j / across;
-      const double tube = 8 + 0.4 * std::sin(9 * a) * std::cos(5 * b);
-      const double r = 30 + tube * std::cos(b);
-      soup.vertices.push_back(kMm * Vec3{r * std::cos(a), r * std::sin(a), tube * std::sin(b)});
-      soup.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      soup.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  }
-  return soup;
+  return make_closed_grid(around, across, [&](uint32_t i, uint32_t j) {
+    const double a = 2 * kPi * i / around, b = 2 * kPi * j / across;
+    const double tube = 8 + 0.4 * std::sin(9 * a) * std::cos(5 * b);
+    const double r = 30 + tube * std::cos(b);
+    return kMm * Vec3{r * std::cos(a), r * std::sin(a), tube * std::sin(b)};
+  });
 }
 
 /// Thread of 1.5 mm depth and 2.5 mm pitch on a core of this radius [mm].

@@ -6,7 +6,6 @@
 #include <numeric>
 #include <random>
 
-#include "clients/report/median.h"
 #include "proto/os/progress.h"
 
 namespace haptic {
@@ -60,12 +59,6 @@ double median_ratio(const Contestant& a, const Contestant& b) {
   std::transform(a.chunks.begin(), a.chunks.end(), b.chunks.begin(), ratios.begin(),
                  [](double x, double y) { return x / y; });
   return median(ratios);
-}
-
-double percentile(std::vector<double> times, double q) {
-  const auto at = static_cast<std::ptrdiff_t>(static_cast<double>(times.size() - 1) * q / 100);
-  std::nth_element(times.begin(), times.begin() + at, times.end());
-  return times[static_cast<size_t>(at)];
 }
 
 std::vector<double> fastest(const Contestant& contestant, size_t n) {

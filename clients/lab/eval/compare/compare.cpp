@@ -241,6 +241,19 @@ void write_eyes(TraceWriter& trace, const SessionConfig& config, const BakedSess
   for (uint32_t i = 0; i < config.n_objects; ++i) add(i);
 }
 
+/// What is measured of a column.
+struct Measure {
+  const char *metric, *head, *unit;
+  double CompareFigures::*value;
+};
+constexpr std::array kMeasures{
+    Measure{"force in free space, max", "free, max", "N", &CompareFigures::free_force},
+    Measure{"depth of the proxy, max", "depth, max", "m", &CompareFigures::depth_max},
+    Measure{"depth of the proxy, mean", "depth, mean", "m", &CompareFigures::depth_mean},
+    Measure{"largest force step", "step", "N/ms", &CompareFigures::force_step},
+    Measure{"energy given to the hand", "given back", "J", &CompareFigures::returned},
+    Measure{"force in contact, mean", "|F| mean", "N", &CompareFigures::contact_force}};
+
 std::vector<std::string> words_of(const std::string& list) {
   std::vector<std::string> words;
   std::istringstream in(list);
@@ -327,19 +340,12 @@ std::vector<Row> rows_of(const std::vector<CompareFigures>& figures, const Compa
   for (const CompareFigures& f : figures) {
     Rows rows(f.name);
     rows.note("way", way_of_column(config_of_column(eval.config, f.name)));
-    rows.add("massless", f.is_massless ? 1 : 0);
-    rows.add("ticks in free space", f.free_ticks);
-    if (f.is_massless) {
-      rows.none("force in free space, max", f.free_force, "N");
-    } else {
-      rows.add("force in free space, max", f.free_force, "N");
+    rows.add({{"massless", f.is_massless ? 1 : 0}, {"ticks in free space", f.free_ticks}});
+    for (const Measure& m : kMeasures) {
+      const bool is_judged = m.value == &CompareFigures::free_force && f.is_massless;
+      rows.add({{m.metric, f.*m.value, m.unit, is_judged ? kMustBeZero : Goal{}}});
     }
-    rows.add({{"depth of the proxy, max", f.depth_max, "m"},
-              {"depth of the proxy, mean", f.depth_mean, "m"},
-              {"largest force step", f.force_step, "N/ms"},
-              {"energy given to the hand", f.returned, "J"},
-              {"force in contact, mean", f.contact_force, "N"},
-              {"share of ticks in contact", 100 * f.share, "%"}});
+    rows.add("share of ticks in contact", 100 * f.share, "%");
     out.insert(out.end(), rows.rows().begin(), rows.rows().end());
   }
   return out;
@@ -347,24 +353,15 @@ std::vector<Row> rows_of(const std::vector<CompareFigures>& figures, const Compa
 
 void print_comparison(std::ostream& out, const std::vector<CompareFigures>& figures,
                       const CompareEval& eval) {
-  const auto put = [&](const std::string& text, size_t width) { out << padded(text, width); };
   constexpr size_t kName = 26, kWay = 30, kCell = 14;
-  put("", kName), put("way", kWay);
-  for (const char* head : {"free, max", "depth, max", "depth, mean", "step per ms", "given back",
-                           "|F| mean", "massless"}) {
-    put(head, kCell);
-  }
-  out << '\n';
+  out << padded("", kName) << padded("way", kWay);
+  for (const Measure& m : kMeasures) out << padded(m.head, kCell);
+  out << "massless\n";
   for (const CompareFigures& f : figures) {
-    put(f.name, kName);
-    put(way_of_column(config_of_column(eval.config, f.name)), kWay);
-    for (const std::string& text :
-         {readable(f.free_force, "N"), readable(f.depth_max, "m"), readable(f.depth_mean, "m"),
-          readable(f.force_step, "N"), readable(f.returned, "J"), readable(f.contact_force, "N"),
-          std::string(f.is_massless ? "yes" : "no")}) {
-      put(text, kCell);
-    }
-    out << '\n';
+    out << padded(f.name, kName)
+        << padded(way_of_column(config_of_column(eval.config, f.name)), kWay);
+    for (const Measure& m : kMeasures) out << padded(readable(f.*m.value, m.unit), kCell);
+    out << (f.is_massless ? "yes\n" : "no\n");
   }
   out << "\nThe ways of rendering (after Otaduy & Lin):\n"
          "                     penalty                            constraint\n"
