@@ -18,6 +18,7 @@
 #include "clients/hapt/options.h"
 #include "clients/hapt/realtime_line.h"
 #include "clients/hapt/scenes.h"
+#include "clients/hapt/scratch_folder.h"
 #include "clients/hapt/session_process.h"
 #include "clients/library/recorder.h"
 #include "clients/log/trace_writer.h"
@@ -101,25 +102,6 @@ BakedSession bake_all(const SessionConfig& config) {
   stop_where_asked();
   return baked;
 }
-
-/// A folder for the session file of a mesh and for what hapticd says, while they are needed.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    if (mkdtemp(path_.data()) == nullptr) {
-      throw std::runtime_error(path_ + ": cannot be made; set TMPDIR to a folder of yours");
-    }
-  }
-  ~ScratchFolder() {
-    std::error_code error;
-    std::filesystem::remove_all(path_, error);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_ = (std::filesystem::temp_directory_path() / "hapt-XXXXXX").string();
-};
 
 /// Prints the log of hapticd, which explains why a session did not start.
 void show_log(const std::string& path) {

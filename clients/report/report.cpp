@@ -119,6 +119,12 @@ void Rows::add(const std::string& metric, Figure figure, const std::string& unit
   if (goal && are_judged_) rows_.back().goal = goal, rows_.back().holds = holds;
 }
 
+void Rows::add(std::initializer_list<Line> lines) {
+  for (const auto& [metric, figure, unit, goal] : lines) {
+    add(metric, figure, unit, goal.value, goal.value && goal.holds(figure.value, *goal.value));
+  }
+}
+
 void Rows::add_beside(const std::string& metric, double value, const std::string& unit,
                       const std::string& peer, std::optional<double> peer_value) {
   rows_.push_back({case_name_, metric, value, unit, peer, peer_value, {}, {}, ""});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <initializer_list>
 #include <optional>
 #include <ostream>
 #include <string>
@@ -39,6 +40,33 @@ struct Figure {
       : value(static_cast<double>(number)) {}
 };
 
+/// A goal of a figure, and how it is held to it. Without a value the figure stands alone.
+struct Goal {
+  std::optional<double> value = {};
+  bool (*holds)(double figure, double goal) = nullptr;
+};
+inline Goal at_most(std::optional<double> goal) {
+  return {goal, [](double figure, double most) { return figure <= most; }};
+}
+inline Goal at_least(std::optional<double> goal) {
+  return {goal, [](double figure, double least) { return figure >= least; }};
+}
+/// Held where something else says so.
+inline Goal given(std::optional<double> goal, bool holds) {
+  if (holds) return {goal, [](double, double) { return true; }};
+  return {goal, [](double, double) { return false; }};
+}
+/// The goal is zero.
+inline const Goal kMustBeZero{0, [](double figure, double) { return figure == 0; }};
+
+/// A line of a table of figures.
+struct Line {
+  std::string metric;
+  Figure figure;
+  std::string unit = {};
+  Goal goal = {};
+};
+
 /// A goal that applies only if `fair`.
 inline std::optional<double> goal_if(bool fair, double goal) {
   return fair ? std::optional(goal) : std::nullopt;
@@ -52,6 +80,7 @@ class Rows {
       : case_name_(one_line(case_name)), are_judged_(are_judged) {}
 
   void add(const std::string& metric, Figure figure, const std::string& unit = "");
+  void add(std::initializer_list<Line> lines);
   /// Without a goal the figure stands alone.
   void add(const std::string& metric, Figure figure, const std::string& unit,
            std::optional<double> goal, bool holds);

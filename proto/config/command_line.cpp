@@ -75,8 +75,9 @@ HelpPage page_of(const CLI::App& app) {
   for (const CLI::App* command : app.get_subcommands(all)) {
     page.groups[1].rows.push_back({command->get_name(), command->get_description()});
   }
-  const bool has_commands = !page.groups[1].rows.empty();
-  page.usage += has_commands ? " COMMAND [OPTION...]" : " [OPTION...]";
+  const bool needs_command = app.get_require_subcommand_min() > 0;
+  if (!page.groups[1].rows.empty()) page.usage += needs_command ? " COMMAND" : " [COMMAND]";
+  page.usage += " [OPTION...]";
   for (const CLI::Option* option : app.get_options()) {
     const bool is_argument = !option->nonpositional();
     page.groups[is_argument ? 0 : 2].rows.push_back(row_of(*option));
@@ -128,9 +129,11 @@ std::string sentence(const CLI::App& app, const CLI::ParseError& error) {
     if (std::string unknown = unknown_option(*at); !unknown.empty()) return unknown;
   }
   const std::vector<std::string> strays = command.remaining();
-  if (command.get_require_subcommand_min() > 0) {
-    return strays.empty() ? "a command is missing" : unknown_command(command, strays.front());
+  const auto all = [](const CLI::App*) { return true; };
+  if (!strays.empty() && !command.get_subcommands(all).empty()) {
+    return unknown_command(command, strays.front());
   }
+  if (command.get_require_subcommand_min() > 0) return "a command is missing";
   const std::string what = error.what();
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && !strays.empty()) {
     return "'" + shown(strays.front()) + "' is one word too many";
@@ -284,8 +287,16 @@ void Command::example(const std::string& line) {
   footer("Example:\n  " + line);
 }
 
+void Command::exclude_subcommands() {
+  for (CLI::App* command : app_->get_subcommands([](const CLI::App*) { return true; })) {
+    for (CLI::Option* option : app_->get_options()) command->excludes(option);
+  }
+}
+
 void Command::action(const std::function<void()>& action) {
-  app_->callback(action);
+  app_->callback([app = app_, action] {
+    if (app->get_subcommands().empty()) action();
+  });
 }
 
 Option Command::flag(const std::string& name, bool& value, const std::string& help) {

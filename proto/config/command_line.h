@@ -70,11 +70,14 @@ class Command {
   bool has_subcommand(const std::string& name) const;
   /// Requires exactly one subcommand.
   void require_subcommand();
+  /// Refuses options of this command in front of a subcommand; call it when it has all of both.
+  void exclude_subcommands();
   /// A paragraph below the help text.
   void footer(const std::string& text);
   /// A command line below the help text, shown as it is.
   void example(const std::string& line);
-  /// Runs once all words are parsed. Its exceptions reach the caller of read().
+  /// Runs once all words are parsed, unless they name a subcommand. Its exceptions reach the caller
+  /// of read().
   void action(const std::function<void()>& action);
 
   /// Names are written as in a manual: "-o,--output FILE" is an option with the placeholder of its

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/bench/benches.h"
+#include "clients/lab/support/measurement.h"
 
 #include <algorithm>
 #include <cmath>
@@ -86,7 +86,8 @@ std::vector<Row> all_rows(const Options& options) {
 
 }  // namespace
 
-BenchRun bench_jitter(Command& command) {
+/// Wake-up lateness of the servo's clock, in alternation with cyclictest.
+Measured bench_jitter(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--pairs", options->pairs, "rounds of servo, cyclictest and hybrid")
       .range(1, 1000)
@@ -96,7 +97,7 @@ BenchRun bench_jitter(Command& command) {
                 "of each window, rounded up to whole seconds", "s")
       .show_default();
   command.option("--core", options->core, "on which they all run").show_default("the last allowed");
-  return [options](int) { return all_rows(*options); };
+  return [options] { return all_rows(*options); };
 }
 
 }  // namespace haptic

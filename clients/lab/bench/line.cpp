@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/bench/benches.h"
+#include "clients/lab/support/measurement.h"
 
 #include <poll.h>
 #include <unistd.h>
@@ -85,24 +85,26 @@ Answers ask(const Options& options) {
 std::vector<Row> all_rows(const Options& options) {
   const Answers answers = ask(options);
   Rows rows = machine_rows("line");
-  rows.add("lines asked", answers.lines);
-  rows.none("not answered within 20 ms", answers.missing);
-  rows.none("answered with an error", answers.errors);
-  rows.add("answered after the next tick", answers.late);
+  rows.add({{"lines asked", answers.lines},
+            {"not answered within 20 ms", answers.missing, "", kMustBeZero},
+            {"answered with an error", answers.errors, "", kMustBeZero},
+            {"answered after the next tick", answers.late}});
   rows.add("answer", answers.times);
   return rows.rows();
 }
 
 }  // namespace
 
-BenchRun bench_line(Command& command) {
+/// How long a device on a serial node takes to answer the line of docs/six-motors.md, asked once a
+/// tick with zero currents: from before the write to after the read.
+Measured bench_line(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("NODE", options->node, "of the device, or of the program that speaks for it")
       .required();
   command.quantity("--for", options->seconds, Dimension::kTime, {0.1, 3600}, "of asking", "s")
       .show_default();
   command.option("--motors", options->motors, "numbers in a line").range(1, 6).show_default();
-  return [options](int) { return all_rows(*options); };
+  return [options] { return all_rows(*options); };
 }
 
 }  // namespace haptic

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
 #include <memory>
 #include <stdexcept>
 
@@ -18,17 +17,8 @@ constexpr int64_t kSettle = kNsPerSecond;  // in which readers touch the pages o
 
 }  // namespace
 
-RuntimeFolder::RuntimeFolder(const std::string& bench)
-    : path("/tmp/hapt-bench-" + bench + "-XXXXXX") {
-  if (mkdtemp(path.data()) == nullptr) {
-    throw std::runtime_error("bench " + bench + ": no folder can be made in /tmp");
-  }
-  setenv("HAPTICD_RUNTIME_DIR", path.c_str(), 1);
-}
-
-RuntimeFolder::~RuntimeFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path, ignored);
+RuntimeFolder::RuntimeFolder() {
+  setenv("HAPTICD_RUNTIME_DIR", path().c_str(), 1);
 }
 
 void wait_until(const std::string& what, const std::function<bool()>& holds) {
@@ -39,7 +29,7 @@ void wait_until(const std::string& what, const std::function<bool()>& holds) {
 
 LiveSession::LiveSession(const RuntimeFolder& folder, const std::string& session,
                          const std::string& config)
-    : hapticd_("hapticd", {config, "--session", session}, folder.path + "/" + session + ".log") {
+    : hapticd_("hapticd", {config, "--session", session}, folder.path() + "/" + session + ".log") {
   wait_until("hapticd does not start", [&] {
     const auto names = running_sessions();
     return std::find(names.begin(), names.end(), session) != names.end();
@@ -78,6 +68,7 @@ SessionWindow LiveSession::watch(double seconds) {
     return 1e-9 * static_cast<double>(times.percentile(q));
   };
   SessionWindow window;
+  window.seconds = lasted;
   window.busy_p50 = percentile(busy, 50);
   window.busy_p99 = percentile(busy, 99);
   window.wake_p99 = percentile(wake, 99);

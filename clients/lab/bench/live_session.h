@@ -4,21 +4,24 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "clients/hapt/scratch_folder.h"
 #include "clients/hapt/session_process.h"
 #include "clients/library/client.h"
 #include "clients/library/histogram.h"
+#include "clients/report/median.h"
 
 namespace haptic {
 
 /// A folder of its own for the session of a bench and what its programs say; hapticd and clients of
 /// this process use it from then on.
 struct RuntimeFolder {
-  std::string path;
-  explicit RuntimeFolder(const std::string& bench);
-  ~RuntimeFolder();
-  RuntimeFolder(const RuntimeFolder&) = delete;
-  RuntimeFolder& operator=(const RuntimeFolder&) = delete;
+  RuntimeFolder();
+  const std::string& path() const { return folder_.path(); }
+
+ private:
+  ScratchFolder folder_;
 };
 
 /// Looks every 10 ms until it holds; throws std::runtime_error with `what` after 20 s.
@@ -30,7 +33,16 @@ struct SessionWindow {
   double wake_p99 = 0;                // its lateness [s]
   double contact_rate = 0;            // answers a second
   double contacts = 0;                // mean number of planes that push
+  double seconds = 0;                 // how long it lasted
 };
+
+/// Median over the windows of one quantity.
+template <class Window, class Part>
+double median_of(const std::vector<Window>& windows, double Part::*quantity) {
+  std::vector<double> values;
+  for (const Window& window : windows) values.push_back(window.*quantity);
+  return median(values);
+}
 
 /// hapticd with the session file at a path, and a client that watches servo and contact.
 class LiveSession {

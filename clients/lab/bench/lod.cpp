@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "clients/lab/bench/benches.h"
 #include "clients/lab/bench/workloads/lod_pairs.h"
 #include "clients/lab/bench/workloads/turns.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "contact/bake/session.h"
 #include "contact/step.h"
@@ -80,10 +80,10 @@ void step(const LodPair& pair, int tick, Course& course) {
   servo.V_WT = servo.V_WP = {way.v / kTick, way.w / kTick};
   servo.renderer = static_cast<uint32_t>(course.renderer);
   const auto set = std::make_unique<ContactSet>();
-  const int64_t ns =
-      cpu_ns_of([&] { *set = contact_step(*course.model, *course.state, servo, nullptr); });
+  const double took =
+      cpu_seconds_of([&] { *set = contact_step(*course.model, *course.state, servo, nullptr); });
   if (tick < 0) return;
-  course.times.push_back(1e-9 * static_cast<double>(ns));
+  course.times.push_back(took);
   course.n_cut += (set->flags & kContactIterationLimit) != 0;
   const bool is_soft = row_of(course.renderer).moves == Moves::kSoftBody;
   course.forces.push_back(is_soft ? wrench_of(*set, servo) : Wrench{});
@@ -133,25 +133,22 @@ std::vector<Row> run_pair(const LodPair& pair, const BakedSession& baked, const 
   for (const Course& course : courses) {
     const std::string prefix = course.name + ", ";
     const bool is_judged = &course == &sensation && triangles >= kJudged;
-    rows.add(prefix + "contact_step CPU p50", percentile(course.times, 50), "s");
-    rows.at_most(prefix + "contact_step CPU p99", percentile(course.times, 99), "s",
-                 goal_if(is_judged, kGoalStep));
-    rows.add(prefix + "contact_step CPU max", percentile(course.times, 100), "s");
+    add_times(rows, prefix + "contact_step CPU", course.times, goal_if(is_judged, kGoalStep));
     rows.add(prefix + "answers cut short", course.n_cut);
     if (row_of(course.renderer).moves != Moves::kSoftBody) continue;
-    rows.add(prefix + "force, rms", rms_of(course.forces), "N");
-    rows.at_most(prefix + "error of the force, rms, of that of localized (every piece)",
-                 rms_of(course.forces, &exact.forces) / rms_of(exact.forces), "",
-                 goal_if(is_judged, kGoalError));
-    rows.add(prefix + "error of the force, rms, of that of direct6 (every triangle)",
-             rms_of(course.forces, &triangle.forces) / rms_of(triangle.forces));
+    rows.add({{prefix + "force, rms", rms_of(course.forces), "N"},
+              {prefix + "error of the force, rms, of that of localized (every piece)",
+               rms_of(course.forces, &exact.forces) / rms_of(exact.forces), "",
+               at_most(goal_if(is_judged, kGoalError))},
+              {prefix + "error of the force, rms, of that of direct6 (every triangle)",
+               rms_of(course.forces, &triangle.forces) / rms_of(triangle.forces)}});
   }
   const bool is_judged = triangles >= kJudged;
-  rows.at_least("localized (every piece) over sensation, mean CPU",
-                mean_of(exact.times) / mean_of(sensation.times), "",
-                goal_if(is_judged, kGoalFaster));
-  rows.add("direct6 (every triangle) over sensation, mean CPU",
-           mean_of(triangle.times) / mean_of(sensation.times));
+  rows.add({{"localized (every piece) over sensation, mean CPU",
+             mean_of(exact.times) / mean_of(sensation.times), "",
+             at_least(goal_if(is_judged, kGoalFaster))},
+            {"direct6 (every triangle) over sensation, mean CPU",
+             mean_of(triangle.times) / mean_of(sensation.times)}});
   return rows.rows();
 }
 
@@ -168,7 +165,10 @@ std::vector<Row> run(const Options& options) {
 
 }  // namespace
 
-BenchRun bench_lod(Command& command) {
+/// Contact levels of detail: whole contact steps of voxel, sensation, localized, direct6 and
+/// god-object6 on the same poses of pairs in contact over much of their surface, in turns, with the
+/// force of each and its error against the exact queries (every piece, every triangle).
+Measured bench_lod(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--pair PAIR", options->pairs, "bolt, teeth or joint; several may be given")
       .one_of(kLodPairs);
@@ -177,7 +177,7 @@ BenchRun bench_lod(Command& command) {
       .show_default();
   command.quantity("--threshold", options->threshold, Dimension::kLength, {0, 10e-3},
                    "haptic error beyond which sensation refines", "m");
-  return [options](int) { return run(*options); };
+  return [options] { return run(*options); };
 }
 
 }  // namespace haptic

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <memory>
 
-#include "clients/lab/bench/benches.h"
 #include "clients/lab/bench/peers/depth.h"
 #include "clients/lab/bench/workloads/convex_pairs.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/selftest/rt_guard.h"
+#include "clients/lab/support/measurement.h"
 #include "contact/bake/convex/hull_of_points.h"
 #include "contact/query/convex/closest_features.h"
 #include "contact/query/convex/expanding_polytope.h"
@@ -21,10 +21,9 @@ constexpr size_t kChunk = 100;   // queries of one contestant per turn
 constexpr double kSame = 1e-12;  // depths that differ by less are the same [m]
 constexpr double kWrong = 1e-6;  // an error of a peer that counts, beside 1 % of the depth [m]
 constexpr double kApart = 6e-3;  // what moves the poses of W4 apart by some millimetres [m]
-constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
 
 struct Options {
-  int rounds = 1;
+  int rounds = 5;
   size_t poses = 2000;
 };
 
@@ -47,19 +46,6 @@ struct Work {
   std::string name() const { return std::to_string(n) + " x " + std::to_string(n); }
 };
 
-/// The least of the rounds for each query, which leaves out what the machine disturbs.
-std::vector<double> least_times(const Contestant& c, size_t n) {
-  std::vector<double> least(c.times.begin(), c.times.begin() + static_cast<std::ptrdiff_t>(n));
-  for (size_t i = n; i < c.times.size(); ++i) least[i % n] = std::min(least[i % n], c.times[i]);
-  return least;
-}
-
-void add_times(Rows& rows, const std::string& name, const std::vector<double>& times) {
-  rows.add(name + " p50", percentile(times, 50), "s");
-  rows.add(name + " p99", percentile(times, 99), "s");
-  rows.add(name + " max", percentile(times, 100), "s");
-}
-
 /// Enters the peers after the subject, which is the first.
 std::vector<std::vector<double>> enter_peers(std::vector<Contestant>& contestants,
                                              const std::vector<HullPeer>& peers,
@@ -76,9 +62,9 @@ void add_peers(Rows& rows, const std::vector<Contestant>& contestants,
                const std::vector<std::vector<double>>& answers, const std::vector<double>& exact) {
   for (size_t k = 0; k < answers.size(); ++k) {
     const Contestant& peer = contestants[k + 1];
-    const std::vector<double> times = least_times(peer, exact.size());
-    rows.add(peer.name + " p50", percentile(times, 50), "s");
-    rows.add(peer.name + " p99", percentile(times, 99), "s");
+    const std::vector<double> times = fastest(peer, exact.size());
+    rows.add({{peer.name + " p50", percentile(times, 50), "s"},
+              {peer.name + " p99", percentile(times, 99), "s"}});
     size_t wrong = 0;
     for (size_t i = 0; i < exact.size(); ++i) {
       wrong += std::fabs(answers[k][i] - exact[i]) > 0.01 * exact[i] + kWrong;
@@ -101,21 +87,19 @@ void add_truth(Rows& rows, const std::vector<PenetrationDepth>& found,
     if (found[i].fell_back) longest = std::max(longest, times[i]);
   }
   const auto n = static_cast<double>(exact.size());
-  rows.none("below the exact depth", below);
-  rows.at_least("equal to the exact depth", static_cast<double>(equal) / n, "", 0.99);
-  rows.add("most above the exact depth", most, "m");
-  rows.at_most("marching steps, mean", static_cast<double>(n_steps) / n, "", 4);
-  rows.at_most("exact fallbacks", static_cast<double>(fell_back) / n, "", 0.005);
-  rows.add("longest query with a fallback", longest, "s");
+  rows.add({{"below the exact depth", below, "", kMustBeZero},
+            {"equal to the exact depth", static_cast<double>(equal) / n, "", at_least(0.99)},
+            {"most above the exact depth", most, "m"},
+            {"marching steps, mean", static_cast<double>(n_steps) / n, "", at_most(4)},
+            {"exact fallbacks", static_cast<double>(fell_back) / n, "", at_most(0.005)},
+            {"longest query with a fallback", longest, "s"}});
 }
 
 size_t allocations(const Work& work) {
   ConvexPairState state;
-  RtGuard guard({.filter_system_calls = false});
-  guard.arm();
-  for (const Pose& X_AB : work.poses) penetration_depth(HullPair(work.a, work.b, X_AB), state);
-  guard.disarm();
-  return guard.report().of(Violation::kAllocate).count + guard.report().of(Violation::kFree).count;
+  return allocations_of([&] {
+    for (const Pose& X_AB : work.poses) penetration_depth(HullPair(work.a, work.b, X_AB), state);
+  });
 }
 
 std::vector<Row> bench_depth(const Work& work, int rounds) {
@@ -137,24 +121,25 @@ std::vector<Row> bench_depth(const Work& work, int rounds) {
   take_turns(contestants, n, kChunk, rounds);
 
   Rows rows("depth, " + work.name());
-  const std::vector<double> times = least_times(contestants[0], n);
+  const std::vector<double> times = fastest(contestants[0], n);
   const double median = percentile(times, 50);
-  rows.at_most("walk p50", median, "s",
-               work.n == 100   ? std::optional(1e-6)
-               : work.n == 500 ? std::optional(2e-6)
-                               : std::nullopt);
-  rows.at_most("walk p99", percentile(times, 99), "s", goal_if(work.n == 500, 3 * median));
-  rows.add("walk max", percentile(times, 100), "s");
-  rows.add("walk p99, with what the machine disturbs", percentile(contestants[0].times, 99), "s");
+  rows.add(
+      {{"walk p50", median, "s",
+        at_most(work.n == 100   ? std::optional(1e-6)
+                : work.n == 500 ? std::optional(2e-6)
+                                : std::nullopt)},
+       {"walk p99", percentile(times, 99), "s", at_most(goal_if(work.n == 500, 3 * median))},
+       {"walk max", percentile(times, 100), "s"},
+       {"walk p99, with what the machine disturbs", percentile(contestants[0].times, 99), "s"}});
   add_truth(rows, found, exact, times);
   if (!peers.empty() && peers[0].name.starts_with("Bullet")) {
-    rows.at_most("walk p50 over Bullet's", median / percentile(least_times(contestants[1], n), 50),
-                 "", goal_if(work.n == 100, 0.25));
+    rows.at_most("walk p50 over Bullet's", median / percentile(fastest(contestants[1], n), 50), "",
+                 goal_if(work.n == 100, 0.25));
   } else {
     rows.note("Bullet", kLeftOut);
   }
   add_peers(rows, contestants, answers, exact);
-  add_times(rows, "polytope, always", least_times(contestants.back(), n));
+  add_times(rows, "polytope, always", fastest(contestants.back(), n));
   rows.none("allocations", allocations(work));
   return rows.rows();
 }
@@ -178,7 +163,7 @@ std::vector<Row> bench_distance(const Work& work, int rounds) {
   take_turns(contestants, n, kChunk, rounds);
 
   Rows rows("distance, " + work.name());
-  add_times(rows, "feature walk", least_times(contestants[0], n));
+  add_times(rows, "feature walk", fastest(contestants[0], n));
   rows.add("steps, mean", static_cast<double>(n_steps) / static_cast<double>(n) / rounds);
   add_peers(rows, contestants, answers, found);
   if (peers.empty()) {
@@ -201,12 +186,17 @@ std::vector<Row> all_rows(const Options& options) {
 
 }  // namespace
 
-BenchRun bench_penetration(Command& command) {
+/// Penetration depth of two convex hulls of 20 to 500 vertices at coherent poses (workload W4),
+/// compared with Bullet's GJK–EPA in double, libccd and FCL, and with our own polytope for the
+/// exact depth; then their distance at poses apart, compared with FCL. A time is the least of the
+/// rounds for each query.
+Measured bench_penetration(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--poses", options->poses, "of each pair of hulls")
       .range(100, 100000)
       .show_default();
-  return run_rounds(options, all_rows);
+  add_rounds(command, options->rounds, "alternations");
+  return [options] { return all_rows(*options); };
 }
 
 }  // namespace haptic

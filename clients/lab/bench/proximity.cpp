@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/bench/benches.h"
+#include "clients/lab/support/measurement.h"
 
 #include <algorithm>
 #include <array>
@@ -44,17 +44,7 @@ double worst(const std::vector<double>& values) {
 /// Wraps a query so that its CPU time is stored [s].
 template <class Query>
 std::function<void(size_t)> with_cpu(std::vector<double>& cpu, const Query& query) {
-  return [&cpu, query](size_t i) {
-    cpu.push_back(1e-9 * static_cast<double>(cpu_ns_of([&] { query(i); })));
-  };
-}
-
-/// `cpu`: CPU times, which exclude other programs.
-void add_times(Rows& rows, const std::string& name, const std::vector<double>& cpu,
-               std::optional<double> goal) {
-  rows.add(name + ", CPU p50", percentile(cpu, 50), "s");
-  rows.at_most(name + ", CPU p99", percentile(cpu, 99), "s", goal);
-  rows.add(name + ", CPU longest", worst(cpu), "s");
+  return [&cpu, query](size_t i) { cpu.push_back(cpu_seconds_of([&] { query(i); })); };
 }
 
 /// Each of our queries compared with each peer; medians over chunks as ratios of wall-clock time.
@@ -73,11 +63,7 @@ double allocations(NearFront& front, NearContacts& contacts, const std::vector<P
     for (const Pose& X_OT : poses) contacts.reduce(front.update(X_OT, kBand), X_OT);
   };
   follow();
-  RtGuard guard({.filter_system_calls = false});
-  guard.arm();
-  follow();
-  guard.disarm();
-  return static_cast<double>(guard.report().of(Violation::kAllocate).count);
+  return static_cast<double>(allocations_of(follow));
 }
 
 /// Differences at every pose: sets of pairs, and collision against FCL.
@@ -117,12 +103,11 @@ Agreement compare(const ProximityWork& work, PairPeer* peer) {
 }
 
 void add_agreement(Rows& rows, const Agreement& found, double poses) {
-  rows.add("poses at which they touch", found.touching / poses);
-  rows.none("sets that differ from those found from scratch", found.other_sets);
-  rows.none("yes or no that differs", found.other_answers);
+  rows.add({{"poses at which they touch", found.touching / poses},
+            {"sets that differ from those found from scratch", found.other_sets, "", kMustBeZero},
+            {"yes or no that differs", found.other_answers, "", kMustBeZero}});
   const auto add_counts = [&](const std::string& what, const std::vector<double>& n) {
-    rows.add(what + ", p50", percentile(n, 50));
-    rows.add(what + ", most", worst(n));
+    rows.add({{what + ", p50", percentile(n, 50)}, {what + ", most", worst(n)}});
   };
   add_counts("near pairs", found.pairs);
   add_counts("local minima", found.minima);
@@ -137,9 +122,9 @@ std::vector<Row> bench_pairs(const ProximityWork& work, std::vector<std::optiona
   Rows rows("proximity, " + work.name);
   const MeshShape object = work.object.view(), tool = work.tool.view();
   const auto peer = make_fcl_peer(object.mesh, tool.mesh);
-  rows.add("triangles of the object", object.mesh.triangles.size());
-  rows.add("triangles of the tool", tool.mesh.triangles.size());
-  rows.add("poses of 1 kHz", work.poses.size());
+  rows.add({{"triangles of the object", object.mesh.triangles.size()},
+            {"triangles of the tool", tool.mesh.triangles.size()},
+            {"poses of 1 kHz", work.poses.size()}});
 
   NearFront front(object, tool), reduced(object, tool);
   NearContacts contacts(object, tool);
@@ -167,13 +152,15 @@ std::vector<Row> bench_pairs(const ProximityWork& work, std::vector<std::optiona
   }
   take_turns(ours, poses.size(), kChunk, 1);
   goals.resize(ours.size());
-  for (size_t k = 0; k < ours.size(); ++k) add_times(rows, ours[k].name, cpu[k], goals[k]);
+  for (size_t k = 0; k < ours.size(); ++k)
+    add_times(rows, ours[k].name + ", CPU", cpu[k], goals[k]);
   for (size_t k = 0; k < 5; ++k) add_beside(rows, ours[k], ours);
   rows.add("front : from scratch, all pairs", median_ratio(ours[0], ours[2]));
 
   add_agreement(rows, compare(work, peer.get()), static_cast<double>(poses.size()));
-  rows.add("front, pairs of nodes", front.size());
-  rows.none("allocations once along the path", allocations(reduced, contacts, poses));
+  rows.add({{"front, pairs of nodes", front.size()},
+            {"allocations once along the path", allocations(reduced, contacts, poses), "",
+             kMustBeZero}});
   return rows.rows();
 }
 
@@ -189,13 +176,16 @@ std::vector<Row> all_rows(const Options& options) {
 
 }  // namespace
 
-BenchRun bench_proximity(Command& command) {
+/// All pairs of triangles within 0.1 mm, from scratch and with a bounding-volume-tree front kept
+/// from pose to pose, and their reduction to contacts, compared with FCL's collision and distance
+/// (W3).
+Measured bench_proximity(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--case CASE", options->cases, "torus or bolt; several may be given")
       .one_of({"torus", "bolt"});
   command.option("--torus-poses", options->torus_poses, "of 1 kHz").range(2, 100000).show_default();
   command.option("--bolt-poses", options->bolt_poses, "of 1 kHz").range(2, 100000).show_default();
-  return [options](int) { return all_rows(*options); };
+  return [options] { return all_rows(*options); };
 }
 
 }  // namespace haptic

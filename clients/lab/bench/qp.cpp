@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/bench/benches.h"
+#include "clients/lab/support/measurement.h"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <random>
 
 #include "clients/lab/bench/peers/qp.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/selftest/rt_guard.h"
+#include "clients/lab/support/dice.h"
 #include "proto/config/command_line.h"
 #include "proto/math/coulomb.h"
 #include "proto/math/lcp.h"
@@ -25,10 +25,9 @@ constexpr double kMass = 0.2;                      // [kg]
 constexpr double kPull = 20;          // [1/s]; a hand 5 mm away pulls the tool at 0.1 m/s
 constexpr double kFriction = 0.3;     // coefficient of friction
 constexpr size_t kSameContacts = 50;  // ticks with the same contacts
-constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
 
 struct Options {
-  int rounds = 1;
+  int rounds = 3;
   size_t ticks = 5000;
   size_t exact_ticks = 100;  // CGAL's solver takes milliseconds
 };
@@ -51,7 +50,7 @@ struct Work {
 
 class Maker {
  public:
-  explicit Maker(uint64_t seed) : engine_(seed) {}
+  explicit Maker(uint64_t seed) : dice_(seed) {}
 
   /// `n` contacts on a plane, in a bowl, around a peg or all round, with gaps of up to 50 µm.
   void add_contacts(Work& work, size_t n) {
@@ -76,17 +75,11 @@ class Maker {
     return {size * direction(), size / kRadius * uniform(0, 1) * direction()};
   }
 
-  double uniform(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(engine_);
-  }
-
  private:
-  Vec3 direction() {
-    std::normal_distribution<double> gauss;
-    return normalized(Vec3{gauss(engine_), gauss(engine_), gauss(engine_)});
-  }
+  Vec3 direction() { return dice_.direction(); }
+  double uniform(double low, double high) { return dice_.uniform(low, high); }
 
-  std::mt19937_64 engine_;
+  Dice dice_;
 };
 
 /// `coherent`: the contacts stay for fifty ticks while the hand, 5 mm behind them, moves at
@@ -107,12 +100,6 @@ Work make_work(size_t n, size_t ticks, bool coherent) {
     work.questions.push_back({hand, &work.rows[set], &work.contacts[set]});
   }
   return work;
-}
-
-void add_times(Rows& rows, const Contestant& c, std::optional<double> goal = {}) {
-  rows.add(c.name + " p50", percentile(c.times, 50), "s");
-  rows.at_most(c.name + " p99", percentile(c.times, 99), "s", goal);
-  rows.add(c.name + " max", percentile(c.times, 100), "s");
 }
 
 /// All solvers for the problem of a tick, each with its own memory.
@@ -159,13 +146,11 @@ class Solvers {
 };
 
 uint64_t allocations(Solvers& solvers, size_t ticks) {
-  RtGuard guard({.filter_system_calls = false});
-  guard.arm();
-  for (size_t i = 0; i < ticks; ++i) {
-    solvers.cold(i), solvers.warm(i), solvers.pivoting(i), solvers.seidel(i), solvers.coulomb(i);
-  }
-  guard.disarm();
-  return guard.report().of(Violation::kAllocate).count + guard.report().of(Violation::kFree).count;
+  return allocations_of([&] {
+    for (size_t i = 0; i < ticks; ++i) {
+      solvers.cold(i), solvers.warm(i), solvers.pivoting(i), solvers.seidel(i), solvers.coulomb(i);
+    }
+  });
 }
 
 /// Compared with Bullet's pivoting; both get A and b ready-made.
@@ -238,23 +223,24 @@ std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options)
   take_turns(contestants, options.ticks, kChunk, options.rounds);
   // the goal is for the servo's case: contacts that persist, with warm start
   const bool has_goal = coherent && (n == 20 || n == 64);
-  add_times(rows, contestants[0]);
-  add_times(rows, contestants[1], goal_if(has_goal, n == 20 ? kGoal20 : kGoal64));
-  add_times(rows, contestants[2]);
-  rows.none("not converged", solvers.failed);
-  rows.add("pivoting not converged", static_cast<double>(solvers.unpivoted) /
-                                         static_cast<double>(contestants[2].times.size()));
+  add_times(rows, contestants[0].name, contestants[0].times);
+  add_times(rows, contestants[1].name, contestants[1].times,
+            goal_if(has_goal, n == 20 ? kGoal20 : kGoal64));
+  add_times(rows, contestants[2].name, contestants[2].times);
+  rows.add({{"not converged", solvers.failed, "", kMustBeZero},
+            {"pivoting not converged", static_cast<double>(solvers.unpivoted) /
+                                           static_cast<double>(contestants[2].times.size())}});
   if (!coherent) return rows.rows();
 
   const size_t fewer = std::min<size_t>(options.ticks, 500);
   std::vector<Contestant> slower{{"Gauss-Seidel", [&](size_t i) { solvers.seidel(i); }},
                                  {"Coulomb", [&](size_t i) { solvers.coulomb(i); }}};
   take_turns(slower, fewer, kChunk, options.rounds);
-  for (const Contestant& c : slower) add_times(rows, c);
+  for (const Contestant& c : slower) add_times(rows, c.name, c.times);
   const double asked = static_cast<double>(slower[0].times.size());
-  rows.add("Gauss-Seidel not settled in 200 sweeps",
-           static_cast<double>(solvers.unsettled) / asked);
-  rows.add("Coulomb not converged", static_cast<double>(solvers.unsettled_friction) / asked);
+  rows.add(
+      {{"Gauss-Seidel not settled in 200 sweeps", static_cast<double>(solvers.unsettled) / asked},
+       {"Coulomb not converged", static_cast<double>(solvers.unsettled_friction) / asked}});
   bench_dantzig(rows, work, n, options);
   bench_cgal(rows, work, solvers, options);
   rows.none("allocations", allocations(solvers, fewer));
@@ -271,7 +257,9 @@ std::vector<Row> all_rows(const Options& options) {
 
 }  // namespace
 
-BenchRun bench_qp(Command& command) {
+/// Times of the solvers in proto/math for one body at 1 to 64 contacts, compared with CGAL's exact
+/// quadratic program and Bullet's Dantzig pivoting.
+Measured bench_qp(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--ticks", options->ticks, "questions of each kind")
       .range(100, 1000000)
@@ -279,7 +267,8 @@ BenchRun bench_qp(Command& command) {
   command.option("--exact-ticks", options->exact_ticks, "of them, also asked of CGAL")
       .range(1, 100000)
       .show_default();
-  return run_rounds(options, all_rows);
+  add_rounds(command, options->rounds, "times each question is asked");
+  return [options] { return all_rows(*options); };
 }
 
 }  // namespace haptic

@@ -7,10 +7,8 @@
 #include <span>
 
 #include "clients/lab/bench/workloads/turns.h"
-#include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/thread_cpu.h"
-#include "contact/bake/session.h"
-#include "device-io/device.h"
 #include "proto/os/realtime.h"
 #include "proto/os/session_file.h"
 
@@ -64,11 +62,9 @@ class PacedSim {
 
 std::vector<Row> scene_step_rows(const std::string& file) {
   const SessionConfig config = load_config(find_session_file(file));
-  const BakedSession baked = bake_session(config);
-  const ContactShapes shapes = baked.shapes();
-  const std::unique_ptr<Device> hand = open_device(config.device);
-  Lockstep session(config, shapes, *hand);
-  const SimModel model = build_sim(config, shapes.objects, shapes.collision_pieces);
+  PlayedSession played(config);
+  Lockstep& session = played.lockstep;
+  const SimModel model = build_sim(config, played.shapes.objects, played.shapes.collision_pieces);
   const int64_t begin_ns = session.scene().t_ns;
   PacedSim alone(model, begin_ns, begin_ns + kPlayedNs),
       stalled(model, begin_ns, begin_ns + kStalledNs);
@@ -88,14 +84,12 @@ std::vector<Row> scene_step_rows(const std::string& file) {
   Rows rows(file + ", the first 10 s of its hand in lockstep");
   const auto add = [&](const char* when, const std::vector<double>& times) {
     if (times.empty()) return;
-    rows.add(std::string("sim step CPU p50, ") + when, percentile(times, 50), "s");
-    rows.add(std::string("sim step CPU p99, ") + when, percentile(times, 99), "s");
-    rows.add(std::string("sim step CPU max, ") + when, percentile(times, 100), "s");
+    add_times(rows, std::string("sim step CPU, ") + when + ":", times);
   };
   add("bodies move", alone.times(true));
   add("all at rest", quiet.times(false));
-  rows.add("ticks left out", alone.left_out());
-  rows.add("the same, more behind a stall of 8 ms", stalled.left_out() - alone.left_out());
+  rows.add({{"ticks left out", alone.left_out()},
+            {"the same, more behind a stall of 8 ms", stalled.left_out() - alone.left_out()}});
   return rows.rows();
 }
 

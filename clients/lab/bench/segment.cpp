@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/bench/benches.h"
+#include "clients/lab/support/measurement.h"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 #include "clients/lab/bench/reference/segment_searches.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/bench/workloads/workload.h"
-#include "clients/lab/eval/scenes/rigid_scenes.h"
+#include "clients/lab/support/scan.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/grid.h"
 #include "contact/shape/mesh/mesh_topology.h"
@@ -21,13 +21,12 @@ namespace haptic {
 namespace {
 
 constexpr size_t kChunk = 1000;  // queries of one contestant per turn
-constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
 // at most: median and p99 relative to Embree's, growth of the median, spread of the median
 constexpr double kGoalMedian = 0.5, kGoalP99 = 0.7, kGoalGrowth = 1.5, kGoalSpread = 0.3;
 constexpr size_t kSweptTriangles = 100'000;  // at most; a sweep builds a grid for each size
 
 struct Options {
-  int rounds = 1;
+  int rounds = 3;
   size_t segments = 20000, checked = 200;
   // triangles: 5 k, 18 k, 79 k, 328 k and 499 k; 12 k and 1.0 M
   std::vector<std::string> meshes{"bump:16", "bump:30",  "bump:63",   "bump:128", "bump:158",
@@ -93,9 +92,9 @@ void check_answers(Rows& rows, const Answers& answers, const MeshShape& shape,
     extra += !truth.hit && answers[i].hit;
     different += !same(truth, answers[i]);
   }
-  rows.none("missed, against brute force", missed);
-  rows.none("extra, against brute force", extra);
-  rows.none("another hit than brute force", different);
+  rows.add({{"missed, against brute force", missed, "", kMustBeZero},
+            {"extra, against brute force", extra, "", kMustBeZero},
+            {"another hit than brute force", different, "", kMustBeZero}});
 }
 
 /// The times of hits only, or of misses only.
@@ -155,8 +154,8 @@ double bench_beside_peers(Rows& rows, const MeshShape& shape, const Segments& se
     rows.add(peer.name + ", hit or miss answered otherwise", flips);
     if (asked[n] != 0) continue;
     const double median = p50 / percentile(peer.times, 50), tail = p99 / percentile(peer.times, 99);
-    rows.at_most("p50, of Embree's", median, "", kGoalMedian);
-    rows.at_most("p99, of Embree's", tail, "", kGoalP99);
+    rows.add({{"p50, of Embree's", median, "", at_most(kGoalMedian)},
+              {"p99, of Embree's", tail, "", at_most(kGoalP99)}});
   }
   return p50;
 }
@@ -167,13 +166,12 @@ struct MeanAndWorst {
 };
 MeanAndWorst judge(const Contestant& c, const std::function<bool(size_t)>& counts, size_t n) {
   MeanAndWorst result;
+  const std::vector<double> best = fastest(c, n);
   size_t counted = 0;
   for (size_t i = 0; i < n; ++i) {
     if (!counts(i)) continue;
-    double least = c.times[i];
-    for (size_t k = i + n; k < c.times.size(); k += n) least = std::min(least, c.times[k]);
-    result.mean += least;
-    result.worst = std::max(result.worst, least);
+    result.mean += best[i];
+    result.worst = std::max(result.worst, best[i]);
     ++counted;
   }
   result.mean /= static_cast<double>(std::max<size_t>(1, counted));
@@ -198,8 +196,8 @@ void bench_columns(Rows& rows, const MeshShape& shape, const Segments& segments,
     for (size_t k = 1; k < columns.size(); ++k) {
       const MeanAndWorst other = judge(columns[k], counts, segments.size());
       const std::string ratio = columns[k].name + " : hybrid, " + which;
-      rows.add(ratio + ", mean", other.mean / hybrid.mean);
-      rows.add(ratio + ", worst", other.worst / hybrid.worst);
+      rows.add({{ratio + ", mean", other.mean / hybrid.mean},
+                {ratio + ", worst", other.worst / hybrid.worst}});
     }
   };
   compare("hits", [&](size_t i) { return truth[i].hit; });
@@ -234,14 +232,14 @@ void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
   const double least = *std::min_element(means.begin(), means.end());
   for (size_t k = 0; k < means.size(); ++k) {
     const std::string cell = readable(sizes[k].cell, "m");
-    rows.add("sweep, cell " + cell + ", mean", means[k], "s");
-    rows.add("sweep, cell " + cell + ", expected", sizes[k].cost, "s");
+    rows.add({{"sweep, cell " + cell + ", mean", means[k], "s"},
+              {"sweep, cell " + cell + ", expected", sizes[k].cost, "s"}});
     if (means[k] == least) rows.add("sweep, cheapest cell", sizes[k].cell, "m");
     if (sizes[k].cell != bench.built.grid.cell) continue;
     rows.add("sweep, chosen : cheapest", means[k] / least);
   }
-  rows.add("sweep, finest : cheapest", means.front() / least);
-  rows.add("sweep, coarsest : cheapest", means.back() / least);
+  rows.add({{"sweep, finest : cheapest", means.front() / least},
+            {"sweep, coarsest : cheapest", means.back() / least}});
 }
 
 /// Rows of one mesh; returns the median with warm start.
@@ -250,8 +248,7 @@ double bench_mesh(Rows& rows, const WorkloadMesh& work, const Options& options) 
   bench.mesh = build_mesh(work.soup.vertices, work.soup.triangles);
   bench.built = build_search_structures(bench.mesh.view());
   const MeshShape shape = bench.view();
-  rows.add("triangles", shape.mesh.triangles.size());
-  rows.add("cell", shape.grid.cell, "m");
+  rows.add({{"triangles", shape.mesh.triangles.size()}, {"cell", shape.grid.cell, "m"}});
   const Segments segments = dragged_segments(shape, work.kind, options.segments);
   Answers answers;
   const double p50 = bench_beside_peers(rows, shape, segments, options, answers);
@@ -263,22 +260,10 @@ double bench_mesh(Rows& rows, const WorkloadMesh& work, const Options& options) 
   return p50;
 }
 
-/// A mesh from libcgal-demo. Throws MeshError.
-WorkloadMesh scanned_mesh(const std::string& name, const std::string& file) {
-  ObjectConfig object{};
-  assign(object.mesh, meshes_folder() + "/" + file);
-  object.size = 0.1;
-  object.allow_open = 1;
-  const BakedShape baked = bake_object(object, uint64_t{4} << 30);
-  const TriangleMesh& mesh = baked.shape.mesh;
-  return make_scanned(name, {{mesh.vertices.begin(), mesh.vertices.end()},
-                             {mesh.triangles.begin(), mesh.triangles.end()}});
-}
-
 /// A mesh by its name on the command line. Throws MeshError.
 WorkloadMesh make_mesh(const std::string& name) {
-  if (name == "armadillo") return scanned_mesh(name, "armadillo.off");
-  if (name == "bunny") return scanned_mesh(name, "bunny00.off");
+  if (name == "armadillo") return read_scanned(name, meshes_folder() + "/armadillo.off");
+  if (name == "bunny") return read_scanned(name, meshes_folder() + "/bunny00.off");
   const auto n = static_cast<uint32_t>(std::stoul(name.substr(name.find(':') + 1)));
   return name.starts_with("bump:") ? make_bump_sphere(n) : make_nano_surface(n);
 }
@@ -325,7 +310,9 @@ std::vector<Row> all_rows(const Options& options) {
 
 }  // namespace
 
-BenchRun bench_segment(Command& command) {
+/// First hit of a dragged probe (workload W1), in alternation with other libraries, and the ratios
+/// hybrid : grid : tree : naive.
+Measured bench_segment(Command& command) {
   const auto options = std::make_shared<Options>();
   command
       .option("--mesh", options->meshes,
@@ -337,7 +324,8 @@ BenchRun bench_segment(Command& command) {
   command.option("--checked", options->checked, "segments compared with brute force, a mesh")
       .range(1, 1000000)
       .show_default();
-  return run_rounds(options, all_rows);
+  add_rounds(command, options->rounds, "times each segment is asked");
+  return [options] { return all_rows(*options); };
 }
 
 }  // namespace haptic

@@ -9,11 +9,11 @@
 #include "clients/lab/bench/peers/pair.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/bench/workloads/workload.h"
+#include "clients/lab/support/scan.h"
 #include "clients/lab/support/step_budget.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "contact/bake/volume.h"
 #include "contact/detect/body/body_detectors.h"
-#include "contact/query/proximity/triangle_pairs.h"
 #include "contact/shape/parts/machine_parts.h"
 #include "proto/math/motion_metric.h"
 #include "proto/math/units.h"
@@ -110,22 +110,12 @@ BakedShape jaw(const std::string& file) {
   return bake_object(shape, uint64_t{4} << 30);
 }
 
-/// Height at which the teeth just meet, by triangles.
-double bite_height(const Pair& pair) {
-  double low = -0.03, high = 0.05;
-  for (int i = 0; i < 24; ++i) {
-    const double middle = 0.5 * (low + high);
-    const Pose X_OT{{0, middle, 0}, {}};
-    (triangle_pairs(pair.object.shape, pair.tool.shape, X_OT, {}) > 0 ? low : high) = middle;
-  }
-  return high;
-}
-
 /// The upper jaw grinds on the lower one. Throws MeshError.
 Pair jaw_pair() {
   Pair pair{"jaws", jaw("teeth-top.obj"), jaw("teeth-bottom.obj"), voxels_of(0.25e-3, 0.25e-3), {},
             {}};
-  const double bite = bite_height(pair);
+  // the height at which the teeth just meet, by triangles
+  const double bite = lowest_free(pair.object.shape, pair.tool.shape, -0.03, 0.05);
   const auto at = [bite](double t, double press) -> Pose {
     return {
         {swing(0.5e-3, 1.3, t), bite - press * (0.5 + swing(0.5, 2.1, t)), swing(0.5e-3, 0.9, t)},
@@ -134,11 +124,6 @@ Pair jaw_pair() {
   pair.path = [at](double t) { return at(t, 0.4e-3); };
   pair.deep = [at](double t) { return at(t, 2e-3); };
   return pair;
-}
-
-/// CPU time of some work [s].
-double cpu_of(const auto& work) {
-  return 1e-9 * static_cast<double>(cpu_ns_of(work));
 }
 
 /// The detector on one pair.
@@ -163,7 +148,7 @@ struct Contest {
     VoxelQuestion question;
     question.X_WT = X_OT;
     question.reach = reach;
-    return cpu_of([&] { detect_voxel(model, state, question, *set); });
+    return cpu_seconds_of([&] { detect_voxel(model, state, question, *set); });
   }
 };
 
@@ -198,32 +183,26 @@ Course follow(Contest& contest, const std::function<Pose(double)>& path, int tic
     course.clusters.push_back(contest.set->n_contacts);
     course.touching.push_back(static_cast<double>(state.touching));
     if (peer == nullptr || tick % every != every / 2) continue;
-    course.collides.push_back(cpu_of([&] { course.meeting += peer->collides(X_OT) ? 1 : 0; }));
-    course.distances.push_back(cpu_of([&] { peer->distance(X_OT); }));
+    course.collides.push_back(
+        cpu_seconds_of([&] { course.meeting += peer->collides(X_OT) ? 1 : 0; }));
+    course.distances.push_back(cpu_seconds_of([&] { peer->distance(X_OT); }));
   }
   return course;
 }
 
-void add_times(Rows& rows, const std::string& prefix, const std::vector<double>& times) {
-  rows.add(prefix + "CPU p50", percentile(times, 50), "s");
-  const double p99 = percentile(times, 99);
-  rows.at_most(prefix + "CPU p99", p99, "s", kGoalStep);
-  rows.add(prefix + "CPU p99.9", percentile(times, 99.9), "s");
-  rows.add(prefix + "CPU max", percentile(times, 100), "s");
-}
-
 void add_course(Rows& rows, const std::string& prefix, const Course& course) {
   const std::vector<double>& times = course.times;
-  add_times(rows, prefix, times);
+  add_times(rows, prefix + "CPU", times, kGoalStep);
+  rows.add(prefix + "CPU p99.9", percentile(times, 99.9), "s");
   double sum = 0;
   for (const double time : times) sum += time;
   const double rate = static_cast<double>(times.size()) / sum;
-  rows.at_least(prefix + "contact rate", rate, "Hz", 1 / kGoalStep);
-  rows.add(prefix + "points tested p50", percentile(course.tested, 50));
-  rows.add(prefix + "points tested max", percentile(course.tested, 100));
-  rows.add(prefix + "points touching p50", percentile(course.touching, 50));
-  rows.add(prefix + "points touching max", percentile(course.touching, 100));
-  rows.add(prefix + "clusters p50", percentile(course.clusters, 50));
+  rows.add({{prefix + "contact rate", rate, "Hz", at_least(1 / kGoalStep)},
+            {prefix + "points tested p50", percentile(course.tested, 50)},
+            {prefix + "points tested max", percentile(course.tested, 100)},
+            {prefix + "points touching p50", percentile(course.touching, 50)},
+            {prefix + "points touching max", percentile(course.touching, 100)},
+            {prefix + "clusters p50", percentile(course.clusters, 50)}});
 }
 
 void add_peer(Rows& rows, const std::string& prefix, const Course& course) {
@@ -242,8 +221,8 @@ void add_deadline(Rows& rows, const std::string& prefix, Contest& contest, const
                   int ticks) {
   const int few = std::min(ticks, kTicksATry);
   const Course whole = follow(contest, pair.deep, few, nullptr, 0);
-  rows.add(prefix + "deep, CPU p99, any number of points", percentile(whole.times, 99), "s");
-  rows.add(prefix + "deep, points tested p50", percentile(whole.tested, 50));
+  rows.add({{prefix + "deep, CPU p99, any number of points", percentile(whole.times, 99), "s"},
+            {prefix + "deep, points tested p50", percentile(whole.tested, 50)}});
   // every node once, and every point twice
   const Pointshell& shell = contest.model.shell;
   const auto most = static_cast<uint32_t>(shell.nodes.size() + 2 * shell.x.size());
@@ -258,10 +237,10 @@ void add_deadline(Rows& rows, const std::string& prefix, Contest& contest, const
   const Course cut = follow(contest, pair.deep, ticks, nullptr, 0);
   contest.model.budget = ~0u;
   const double worst = percentile(cut.times, 99.9);
-  rows.add(prefix + "deep, steps that the budget ends",
-           static_cast<double>(cut.cut_short) / static_cast<double>(cut.times.size()));
-  rows.at_most(prefix + "deep, with the budget, CPU p99.9", worst, "s", kGoalStep);
-  rows.add(prefix + "deep, with the budget, CPU max", percentile(cut.times, 100), "s");
+  rows.add({{prefix + "deep, steps that the budget ends",
+             static_cast<double>(cut.cut_short) / static_cast<double>(cut.times.size())},
+            {prefix + "deep, with the budget, CPU p99.9", worst, "s", at_most(kGoalStep)},
+            {prefix + "deep, with the budget, CPU max", percentile(cut.times, 100), "s"}});
   const double over = std::max(percentile(cut.tested, 100) - budget, 0.0);
   rows.at_most(prefix + "deep, points over the budget", over, "", 0);
 }
@@ -271,18 +250,18 @@ std::vector<Row> run_pair(const Pair& pair, const BenchVoxelContactOptions& opti
   const std::string prefix = pair.name + ", ";
   Contest contest(pair);
   const MeshShape &tool = pair.tool.shape, &object = pair.object.shape;
-  rows.add(prefix + "triangles of the tool", tool.mesh.triangles.size());
-  rows.add(prefix + "triangles of the object", object.mesh.triangles.size());
-  rows.add(prefix + "points", contest.model.shell.x.size());
-  rows.add(prefix + "points apart", pair.voxel.point_spacing, "m");
-  rows.add(prefix + "cell of the field", pair.voxel.size, "m");
+  rows.add({{prefix + "triangles of the tool", tool.mesh.triangles.size()},
+            {prefix + "triangles of the object", object.mesh.triangles.size()},
+            {prefix + "points", contest.model.shell.x.size()},
+            {prefix + "points apart", pair.voxel.point_spacing, "m"},
+            {prefix + "cell of the field", pair.voxel.size, "m"}});
   const auto peer = make_fcl_peer(object.mesh, tool.mesh);
   const Course course = follow(contest, pair.path, options.ticks, peer.get(), options.peer_asked);
   add_course(rows, prefix, course);
   if (peer) {
     add_peer(rows, prefix, course);
   } else {
-    rows.note(prefix + "FCL", "LEFT OUT: install with ./run bench");
+    rows.note(prefix + "FCL", kLeftOut);
   }
   if (pair.deep) add_deadline(rows, prefix, contest, pair, options.ticks);
   return rows.rows();

@@ -5,7 +5,10 @@
 #include <cmath>
 #include <functional>
 
+#include "clients/hapt/check_outputs.h"
+#include "clients/hapt/options.h"
 #include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "clients/report/plot_svg.h"
 #include "proto/wire/renderer.h"
@@ -51,8 +54,8 @@ void judge_edge(const ArtefactRun& run, bool is_penalty, Rows& rows) {
              share_off(run.largest_step(), turn) <= kAgrees);
   } else {
     const double beyond = run.largest_step_beyond(kEdgeStiffness);
-    rows.add("edge of a block: largest step of the force in a tick", run.largest_step(), "N");
-    rows.at_most("edge of a block: step beyond stiffness times motion", beyond, "N", 1e-9);
+    rows.add({{"edge of a block: largest step of the force in a tick", run.largest_step(), "N"},
+              {"edge of a block: step beyond stiffness times motion", beyond, "N", at_most(1e-9)}});
   }
 }
 
@@ -61,12 +64,14 @@ void judge_plate(const ArtefactRun& run, bool is_penalty, Rows& rows) {
   const double resists = run.most_resisting(), helps = run.most_helping();
   const double at_end = run.force_W.back().z;
   const double wanted = is_penalty ? half : whole;
-  rows.add("thin plate: resists at most", resists, "N", wanted,
-           share_off(resists, wanted) <= kAgrees);
-  rows.add("thin plate: helps the tool through by", helps, "N", is_penalty ? half : 0,
-           is_penalty ? share_off(helps, half) <= kAgrees : helps == 0);
-  rows.add("thin plate: force with the tool 2 mm behind it", at_end, "N", is_penalty ? 0 : whole,
-           is_penalty ? at_end == 0 : share_off(at_end, whole) <= kAgrees);
+  rows.add(
+      {{"thin plate: resists at most", resists, "N",
+        given(wanted, share_off(resists, wanted) <= kAgrees)},
+       {"thin plate: helps the tool through by", helps, "N",
+        given(is_penalty ? half : 0, is_penalty ? share_off(helps, half) <= kAgrees : helps == 0)},
+       {"thin plate: force with the tool 2 mm behind it", at_end, "N",
+        given(is_penalty ? 0 : whole,
+              is_penalty ? at_end == 0 : share_off(at_end, whole) <= kAgrees)}});
 }
 
 Series force_along(const std::string& name, const ArtefactRun& run) {
@@ -142,6 +147,20 @@ std::vector<Row> eval_artefacts(const std::string& plot) {
   }
   if (!plot.empty()) write_svg(plot, "the artefacts of the penalty method", {edge, plate});
   return rows.rows();
+}
+
+Measured suite_artefacts(Command& command) {
+  struct Options {
+    std::string plot;
+    bool overwrite = false;
+  };
+  const auto options = std::make_shared<Options>();
+  add_plot(command, options->plot, "draw the forces into this file");
+  add_overwrite(command, options->overwrite);
+  return [options] {
+    check_outputs({options->plot}, {}, options->overwrite);
+    return eval_artefacts(options->plot);
+  };
 }
 
 }  // namespace haptic

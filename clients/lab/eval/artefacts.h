@@ -34,7 +34,7 @@ struct ArtefactRun {
 };
 ArtefactRun run_artefact(ArtefactScene scene, Renderer renderer);
 
-/// `hapt eval --protocol artefacts`: the force of each renderer in both scenes compared with
+/// `hapt eval artefacts`: the force of each renderer in both scenes compared with
 /// theory. Goals: penalty3 changes its force by √2·k·d at once where the nearest face changes; it
 /// resists a plate of width w by at most k·w/2 and then pushes the tool through by as much. The
 /// proxies do neither. `plot`: an .svg, or empty.

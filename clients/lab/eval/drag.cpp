@@ -57,8 +57,8 @@ std::vector<Row> eval_drag() {
   for (const double mass : {0.02, 0.1}) {
     model.tool.mass = mass;
     const std::string name = "penalty dynamics, " + readable(mass, "kg");
-    rows.add(name + ", drag", free_space_drag(model, straight), "N");
-    rows.add(name + ", drag in closed form", drag_in_closed_form(model, straight), "N");
+    rows.add({{name + ", drag", free_space_drag(model, straight), "N"},
+              {name + ", drag in closed form", drag_in_closed_form(model, straight), "N"}});
   }
   return rows.rows();
 }

@@ -1,29 +1,28 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/eval/fingerprint.h"
-
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <optional>
 
-#include "contact/bake/session.h"
-#include "device-io/device.h"
-#include "proto/config/config.h"
+#include "clients/hapt/options.h"
+#include "clients/lab/support/measurement.h"
+#include "clients/lab/support/offline_session.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/os/message.h"
 #include "proto/os/progress.h"
+#include "proto/os/session_file.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {
 namespace {
 
-std::string in_hex(uint64_t hash) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
-  return text;
-}
+struct FingerprintEval {
+  std::vector<std::string> configs;  // session files
+  double seconds = 4;                // of each
+  LockstepOptions lockstep;
+  std::string forces;  // folder of the forces of another build; none: only hashes
+};
 
 struct Run {
   std::string hash;
@@ -31,10 +30,8 @@ struct Run {
 };
 
 Run run_session(const SessionConfig& config, const FingerprintEval& eval) {
-  const BakedSession baked = bake_session(config);
-  const ContactShapes shapes = baked.shapes();
-  const std::unique_ptr<Device> hand = open_device(config.device);
-  Lockstep session(config, shapes, *hand, eval.lockstep);
+  PlayedSession played(config, eval.lockstep);
+  Lockstep& session = played.lockstep;
   const auto ticks = static_cast<uint64_t>(eval.seconds * config.servo_rate);
   Run run;
   for (uint64_t k = 0; k < ticks && session.step(); ++k) {
@@ -65,8 +62,6 @@ std::optional<double> compare(const std::string& path, const std::vector<Wrench>
   return std::nullopt;
 }
 
-}  // namespace
-
 std::vector<Row> eval_fingerprint(const FingerprintEval& eval) {
   Rows rows("fingerprint");
   Progress progress("eval fingerprint",
@@ -91,6 +86,32 @@ std::vector<Row> eval_fingerprint(const FingerprintEval& eval) {
     }
   }
   return rows.rows();
+}
+
+}  // namespace
+
+/// Hashes of the results of every tick, for each session file and each renderer that can play it. A
+/// change of the code that is to change no behaviour must leave the hashes as they are. With a
+/// folder, the wrenches of each session are kept there; if it holds them already, the largest
+/// difference of a force is a row. A session whose hand is recorded plays its recording; one on a
+/// device or without its meshes is left out, and a row says why. Throws ConfigError for a file that
+/// cannot be read.
+Measured suite_fingerprint(Command& command) {
+  const auto eval = std::make_shared<FingerprintEval>();
+  add_duration(command, "--for", eval->seconds, "of each session").show_default();
+  add_lockstep(command, eval->lockstep);
+  command.option(
+      "--forces FOLDER", eval->forces,
+      "keeps the forces of one build here and prints the largest difference of the next");
+  return [eval] {
+    // all session files beside the default one
+    const std::filesystem::path usual = find_session_file(OfflineSession{}.config);
+    for (const auto& entry : std::filesystem::directory_iterator(usual.parent_path())) {
+      if (entry.path().extension() == ".toml") eval->configs.push_back(entry.path());
+    }
+    std::sort(eval->configs.begin(), eval->configs.end());
+    return eval_fingerprint(*eval);
+  };
 }
 
 }  // namespace haptic

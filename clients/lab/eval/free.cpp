@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "proto/math/units.h"
 #include "proto/os/progress.h"
@@ -58,7 +59,7 @@ std::vector<uint32_t> ages_of(const FreeEval& eval) {
 /// Adds the counts of every renderer of a point, or of a body, in one scene.
 void judge_scene(const FreeScene& scene, bool as_point, const FreeEval& eval,
                  std::vector<FreeFound>& found) {
-  const std::vector<FreeRenderer>& renderers = free_renderers();
+  const std::vector<JudgedRenderer>& renderers = free_renderers();
   for (const FreeHand& hand : free_hands(touch_from_above(scene, as_point), eval.seed)) {
     FreeWay way(scene, hand, as_point);
     for (size_t i = 0; i < renderers.size(); ++i) {
@@ -72,20 +73,20 @@ void judge_scene(const FreeScene& scene, bool as_point, const FreeEval& eval,
 
 std::vector<Row> free_rows(const std::string& name, const FreeFound& found) {
   Rows rows(name);
-  rows.add("ticks", found.ticks);
-  rows.add("ticks that may touch, and do", found.touched);
-  rows.add("free ticks", found.free);
-  rows.add("free ticks in which something is felt", static_cast<double>(found.felt), "", 0,
-           found.felt == 0 && found.free > 0);
-  rows.none("force or torque in them, max", found.largest, "N");
+  rows.add({{"ticks", found.ticks},
+            {"ticks that may touch, and do", found.touched},
+            {"free ticks", found.free},
+            {"free ticks in which something is felt", static_cast<double>(found.felt), "",
+             given(0, found.felt == 0 && found.free > 0)},
+            {"force or torque in them, max", found.largest, "N", kMustBeZero}});
   if (found.felt > 0) rows.note("the most was felt", found.where);
   return rows.rows();
 }
 
 }  // namespace
 
-const std::vector<FreeRenderer>& free_renderers() {
-  static const std::vector<FreeRenderer> kJudged{
+const std::vector<JudgedRenderer>& free_renderers() {
+  static const std::vector<JudgedRenderer> kJudged{
       {"god-object3", Renderer::kGodObject3, {}},
       {"virtual-proxy3", Renderer::kVirtualProxy3, {}},
       {"penalty3", Renderer::kPenalty3, {}},
@@ -149,13 +150,9 @@ bool FreeWay::is_free(uint64_t asked, uint64_t now) {
   return true;
 }
 
-FreeFound judge_free(const FreeRenderer& renderer, FreeWay& way, uint32_t age, uint64_t ticks) {
-  SessionConfig config = way.scene().config;
-  config.renderer = renderer.renderer;
-  config.proxy.solver = renderer.solver;
-  config.voxel.field = renderer.reads_field ? 1 : 0;
+FreeFound judge_free(const JudgedRenderer& renderer, FreeWay& way, uint32_t age, uint64_t ticks) {
   ScriptedHand hand(way.hand().path, kMaxTorque);
-  Lockstep session(config, way.scene().shapes, hand, {1, age});
+  Lockstep session(renderer.in(way.scene().config), way.scene().shapes, hand, {1, age});
   FreeFound found;
   found.where = way.scene().name + ", " + way.hand().name + ", " + std::to_string(age) + " late";
   uint64_t free_since = 0;
@@ -179,7 +176,7 @@ FreeFound judge_free(const FreeRenderer& renderer, FreeWay& way, uint32_t age, u
 }
 
 std::vector<Row> eval_free(const FreeEval& eval) {
-  const std::vector<FreeRenderer>& renderers = free_renderers();
+  const std::vector<JudgedRenderer>& renderers = free_renderers();
   std::vector<FreeFound> found(renderers.size());
   const auto scenes = free_scenes_of(eval);
   Progress progress("eval free", 2 * static_cast<double>(scenes.size()));
@@ -194,6 +191,10 @@ std::vector<Row> eval_free(const FreeEval& eval) {
     rows.append(free_rows(renderers[i].name, found[i]));
   }
   return rows.rows();
+}
+
+Measured suite_free(Command&) {
+  return [] { return eval_free({}); };
 }
 
 }  // namespace haptic

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,16 +10,8 @@
 
 namespace haptic {
 
-/// A renderer under test; `solver` is set if it has several proxy solvers.
-struct FreeRenderer {
-  std::string name;
-  Renderer renderer{};
-  std::optional<SoftSolver> solver;
-  bool reads_field = true;  // voxel: distance field, else tangent planes
-};
-
 /// All renderers whose method exerts exactly no force without contact: all except those with mass.
-const std::vector<FreeRenderer>& free_renderers();
+const std::vector<JudgedRenderer>& free_renderers();
 
 /// Counts of the ticks of one run.
 struct FreeFound {
@@ -64,7 +55,7 @@ class FreeWay {
 /// Runs a session in lockstep with answers `age` ticks late, on a device with motors of force and
 /// torque. Only ticks are evaluated in which the
 /// tool is free and has been for three ages: until then a held proxy may still be catching up.
-FreeFound judge_free(const FreeRenderer& renderer, FreeWay& way, uint32_t age, uint64_t ticks);
+FreeFound judge_free(const JudgedRenderer& renderer, FreeWay& way, uint32_t age, uint64_t ticks);
 
 struct FreeEval {
   uint64_t ticks = 200;        // per run
@@ -73,7 +64,7 @@ struct FreeEval {
   bool all_scenes = true;      // false: the peg only
 };
 
-/// `hapt eval --suite free`. Throws MeshError.
+/// `hapt eval free`. Throws MeshError.
 std::vector<Row> eval_free(const FreeEval& eval);
 
 }  // namespace haptic

@@ -31,10 +31,10 @@ void FrictionJudge::add(const ServoFrame& frame) {
 std::vector<Row> FrictionJudge::rows(const std::string& name) const {
   Rows rows(name);
   const double n = static_cast<double>(sliding_);
-  rows.add("ticks sliding", n);
-  rows.add("friction ratio while sliding, mean", sliding_ > 0 ? sum_ / n : 0);
-  rows.add("friction ratio off μ while sliding, max", worst_, "of μ", kGoal,
-           sliding_ > 0 && worst_ <= kGoal);
+  rows.add({{"ticks sliding", n},
+            {"friction ratio while sliding, mean", sliding_ > 0 ? sum_ / n : 0},
+            {"friction ratio off μ while sliding, max", worst_, "of μ",
+             given(kGoal, sliding_ > 0 && worst_ <= kGoal)}});
   return rows.rows();
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clients/report/median.h"
+
 namespace haptic {
 namespace {
 
@@ -15,13 +17,6 @@ constexpr double kLostDepth = 1e-5;  // [m]; see "lost"
 // surface (point_proxy.h), 1.6 µm
 constexpr double kLeaveLag = 2e-6;
 constexpr double kLeastDescent = 1e-6;  // [N]; see "not a local minimum"
-
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return values[static_cast<size_t>(rank)];
-}
 
 }  // namespace
 
@@ -85,29 +80,30 @@ std::vector<Row> EvalJudge::rows(const std::string& name, const EvalGoals& goals
   Rows rows(name);
   const auto no_jams = goal_if(goals.follows_oracle, 0);
   const double n = static_cast<double>(std::max<uint64_t>(found_.ticks, 1));
-  rows.add("ticks", found_.ticks);
-  rows.add("ticks in contact", found_.touching);
-  rows.at_most("force error, rms", rms_error(), "N", goals.rms_force_error);
-  rows.add("force error, p99", percentile(trace_.error, 0.99), "N");
-  rows.at_most("force error, max", found_.worst_error, "N", goals.max_force_error);
-  rows.add("ticks in which the exact one leaves a saddle vertex", found_.leaving);
-  rows.add("force error in these, max", found_.worst_leaving, "N");
-  rows.add("ripple, rms", std::sqrt(squared_ripple_ / n), "N");
-  rows.at_most("ripple, max", found_.worst_ripple, "N", goals.max_ripple);
-  rows.at_most("jammed ticks", found_.jammed, "", no_jams);
-  rows.add("longest jam, ticks", found_.longest_jam);
-  rows.add("longest stuck away from rest, ticks", found_.longest_stuck);
-  rows.at_most("ticks fallen through", found_.lost, "", no_jams);
-  rows.at_most("verified proxy behind the surface, max", found_.deepest_behind, "m", no_jams);
-  rows.at_most("ticks not in a local minimum", found_.not_minimal, "", goal_if(goals.rests, 0));
-  rows.add("force a step on towards the tool would change, max",
-           stiffness_ * found_.largest_descent, "N");
-  rows.add("tool behind the surface, max", found_.deepest_tool, "m");
-  rows.add("force, max", found_.largest_force, "N");
-  rows.at_most("force held by the device, max", found_.largest_held, "N", goals.force_limit);
-  rows.none("ticks not finite", found_.not_finite);
-  rows.add("ticks at a solver's limit", found_.limits);
-  rows.add("ticks without an answer of the oracle", found_.oracle_open);
+  rows.add(
+      {{"ticks", found_.ticks},
+       {"ticks in contact", found_.touching},
+       {"force error, rms", rms_error(), "N", at_most(goals.rms_force_error)},
+       {"force error, p99", percentile(trace_.error, 99), "N"},
+       {"force error, max", found_.worst_error, "N", at_most(goals.max_force_error)},
+       {"ticks in which the exact one leaves a saddle vertex", found_.leaving},
+       {"force error in these, max", found_.worst_leaving, "N"},
+       {"ripple, rms", std::sqrt(squared_ripple_ / n), "N"},
+       {"ripple, max", found_.worst_ripple, "N", at_most(goals.max_ripple)},
+       {"jammed ticks", found_.jammed, "", at_most(no_jams)},
+       {"longest jam, ticks", found_.longest_jam},
+       {"longest stuck away from rest, ticks", found_.longest_stuck},
+       {"ticks fallen through", found_.lost, "", at_most(no_jams)},
+       {"verified proxy behind the surface, max", found_.deepest_behind, "m", at_most(no_jams)},
+       {"ticks not in a local minimum", found_.not_minimal, "", at_most(goal_if(goals.rests, 0))},
+       {"force a step on towards the tool would change, max", stiffness_ * found_.largest_descent,
+        "N"},
+       {"tool behind the surface, max", found_.deepest_tool, "m"},
+       {"force, max", found_.largest_force, "N"},
+       {"force held by the device, max", found_.largest_held, "N", at_most(goals.force_limit)},
+       {"ticks not finite", found_.not_finite, "", kMustBeZero},
+       {"ticks at a solver's limit", found_.limits},
+       {"ticks without an answer of the oracle", found_.oracle_open}});
   return rows.rows();
 }
 

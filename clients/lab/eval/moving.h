@@ -30,6 +30,7 @@ struct MovingFound {
   double largest_force = 0;    // [N]
 
   void add(const MovingFound& other);
+  bool has_missed() const;
 };
 
 /// Checks a session in every tick. A verified pose must be free of the objects where its set places
@@ -59,7 +60,7 @@ class MovingJudge {
 /// Runs a session of servo, contact and sim in lockstep.
 MovingFound run_moving(const MovingScene& scene, Renderer renderer, const LockstepOptions& options);
 
-/// `hapt eval --suite moving`: both renderers whose tool never enters an object, in every scene.
+/// `hapt eval moving`: both renderers whose tool never enters an object, in every scene.
 std::vector<Row> eval_moving(const MovingEval& eval);
 
 }  // namespace haptic

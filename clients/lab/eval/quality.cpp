@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "clients/lab/eval/drag.h"
+#include "clients/lab/support/measurement.h"
 #include "contact/detect/body/body_detectors.h"
 #include "contact/detect/body/cluster_contact.h"
 #include "contact/detect/body/exact.h"
@@ -177,6 +178,10 @@ std::vector<Row> eval_quality(const QualityGrain& grain) {
     }
   }
   return rows.rows();
+}
+
+Measured suite_quality(Command&) {
+  return [] { return eval_quality(QualityGrain{}); };
 }
 
 }  // namespace haptic

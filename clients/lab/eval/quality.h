@@ -79,7 +79,7 @@ bool is_held_to(const QualityRenderer& renderer, QualityScene scene);
 std::vector<Row> eval_quality(QualityScene scene, const QualityRenderer& renderer,
                               const QualityShapes& shapes, const QualityGrain& grain);
 
-/// `hapt eval --suite quality`: every scene with every renderer.
+/// `hapt eval quality`: every scene with every renderer.
 std::vector<Row> eval_quality(const QualityGrain& grain);
 
 }  // namespace haptic

@@ -6,6 +6,7 @@
 
 #include "clients/lab/eval/friction.h"
 #include "clients/lab/eval/oracle/sphere_oracle.h"
+#include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "clients/report/plot_svg.h"
 #include "proto/config/devices.h"
@@ -141,13 +142,6 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
     judge.add(frame, set != nullptr ? set->flags : 0, truth, place);
   }
   return judge;
-}
-
-std::string pace_of(const LockstepOptions& lockstep) {
-  const auto ticks = [](uint32_t n) { return n == 1 ? "tick" : std::to_string(n) + " ticks"; };
-  const std::string delay =
-      lockstep.contact_latency == 1 ? "one tick" : ticks(lockstep.contact_latency);
-  return "contact every " + ticks(lockstep.contact_period) + ", " + delay + " late";
 }
 
 std::vector<Row> eval_renderer(const RendererEval& eval) {

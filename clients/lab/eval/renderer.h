@@ -39,10 +39,7 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
 /// Name of the note that says why a run has no exact answer.
 inline constexpr const char* kNoAnswer = "no answer";
 
-/// "contact every tick, one tick late".
-std::string pace_of(const LockstepOptions& lockstep);
-
-/// `hapt eval --renderer`: figures, goals, plot. There is no exact answer for a closed mesh that
+/// `hapt eval mesh`: figures, goals, plot. There is no exact answer for a closed mesh that
 /// intersects itself or a tool that overlaps one at the start: a note kNoAnswer says so, and only
 /// NaN and the force limit have goals. Throws std::runtime_error with one line if a file cannot be
 /// read.

@@ -7,6 +7,7 @@
 #include "clients/lab/eval/oracle/place.h"
 #include "clients/lab/eval/oracle/rest_cgal.h"
 #include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
@@ -40,18 +41,18 @@ std::vector<RestScene> rest_scenes_of(const RestEval& eval) {
 
 std::vector<Row> rest_rows(const std::string& name, const RestCount& count, bool is_point) {
   Rows rows(name);
-  rows.add("ticks in contact", count.touching);
-  rows.add("of them not at rest within the tick", count.restless);
+  rows.add({{"ticks in contact", count.touching},
+            {"of them not at rest within the tick", count.restless}});
   const auto ticks = static_cast<double>(std::max<uint64_t>(count.touching, 1));
   const double share = 1 - static_cast<double>(count.restless) / ticks;
-  rows.at_least("share at rest within the tick", share, "", kRestShare);
-  rows.add("ticks at a solver's limit", count.limits);
+  rows.add({{"share at rest within the tick", share, "", at_least(kRestShare)},
+            {"ticks at a solver's limit", count.limits}});
   if (!is_point) return rows.rows();
-  rows.add("places that ways are tried from", count.judged);
-  rows.none("of them caught: a straight way is free", count.caught);
-  rows.add("force such a way would take, max", count.worst, "N");
-  rows.add("of a force of", count.of_force, "N");
-  rows.none("of them with the verified proxy inside", count.inside);
+  rows.add({{"places that ways are tried from", count.judged},
+            {"of them caught: a straight way is free", count.caught, "", kMustBeZero},
+            {"force such a way would take, max", count.worst, "N"},
+            {"of a force of", count.of_force, "N"},
+            {"of them with the verified proxy inside", count.inside, "", kMustBeZero}});
   return rows.rows();
 }
 
@@ -113,6 +114,10 @@ std::vector<Row> eval_rest(const RestEval& eval) {
     }
   }
   return rows.rows();
+}
+
+Measured suite_rest(Command&) {
+  return [] { return eval_rest({}); };
 }
 
 }  // namespace haptic

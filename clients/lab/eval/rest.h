@@ -39,7 +39,7 @@ struct RestCount {
 RestCount judge_rests(const Soup& soup, RestHand hand, double radius, const RestEval& eval,
                       uint64_t seed);
 
-/// `hapt eval --suite rest`.
+/// `hapt eval rest`.
 std::vector<Row> eval_rest(const RestEval& eval);
 
 }  // namespace haptic

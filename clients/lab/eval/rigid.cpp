@@ -7,8 +7,13 @@
 #include <limits>
 #include <numbers>
 
+#include "clients/hapt/options.h"
+#include "clients/lab/support/measurement.h"
+#include "clients/lab/support/offline_session.h"
+#include "clients/lab/support/scan.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "contact/shape/mesh/tool_body.h"
+#include "proto/math/units.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 
@@ -52,10 +57,10 @@ std::vector<Row> judge_plane(Renderer renderer, const LockstepOptions& lockstep)
   for (uint32_t age = 1; age <= kOldest; ++age) {
     free = std::max(free, force_in_free_space(renderer, {lockstep.contact_period, age}));
   }
-  rows.at_most("free at 2 m/s and 10 rad/s, 1 to 20 late: force, max", free, "N",
-               goal_if(is_massless(renderer), 0));
-  rows.at_most("pushed at 45°: force along/across the plane, max",
-               slant_of_push(renderer, lockstep), "", goal_if(is_massless(renderer), kSlantGoal));
+  rows.add({{"free at 2 m/s and 10 rad/s, 1 to 20 late: force, max", free, "N",
+             at_most(goal_if(is_massless(renderer), 0))},
+            {"pushed at 45°: force along/across the plane, max", slant_of_push(renderer, lockstep),
+             "", at_most(goal_if(is_massless(renderer), kSlantGoal))}});
   return rows.rows();
 }
 
@@ -158,6 +163,22 @@ std::vector<Row> eval_rigid(RigidEval eval) {
     }
   }
   return rows.rows();
+}
+
+Measured suite_rigid(Command& command) {
+  struct Options {
+    RigidEval eval;
+    double seconds = 4;
+  };
+  const auto options = std::make_shared<Options>();
+  options->eval.meshes = meshes_folder();
+  add_duration(command, "--for", options->seconds, "how long the hand shakes in each scene")
+      .show_default();
+  add_lockstep(command, options->eval.lockstep);
+  return [options] {
+    options->eval.ticks = static_cast<uint64_t>(options->seconds / kTick);
+    return eval_rigid(options->eval);
+  };
 }
 
 }  // namespace haptic

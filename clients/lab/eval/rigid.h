@@ -41,7 +41,7 @@ double force_in_free_space(Renderer renderer, const LockstepOptions& lockstep);
 /// frictionless plane.
 double slant_of_push(Renderer renderer, const LockstepOptions& lockstep);
 
-/// `hapt eval --suite rigid`: both renderers whose tool never enters an object, in every scene,
+/// `hapt eval rigid`: both renderers whose tool never enters an object, in every scene,
 /// with each friction.
 /// Throws MeshError.
 std::vector<Row> eval_rigid(RigidEval eval);

@@ -161,34 +161,36 @@ void RigidJudge::add(const ServoFrame& frame, const ContactSet* set) {
 
 std::vector<Row> RigidJudge::rows(const std::string& case_name) const {
   Rows rows(case_name);
-  rows.add("ticks", found_.ticks);
-  rows.add("ticks with a force", found_.felt);
-  rows.none("ticks not finite", found_.not_finite);
-  rows.add("verified poses", found_.poses);
-  rows.none("of them inside or meeting", found_.inside);
-  rows.none("placed anew, or nowhere", found_.placed_anew);
-  rows.add("held back by something", found_.held);
-  rows.add("unsettled", found_.unsettled);
-  rows.add("too near to be judged", found_.unknown);
-  rows.none("jammed though there is way left", found_.jammed_poses);
-  rows.add("force, max", found_.largest_force, "N");
+  rows.add({{"ticks", found_.ticks},
+            {"ticks with a force", found_.felt},
+            {"ticks not finite", found_.not_finite, "", kMustBeZero},
+            {"verified poses", found_.poses},
+            {"of them inside or meeting", found_.inside, "", kMustBeZero},
+            {"placed anew, or nowhere", found_.placed_anew, "", kMustBeZero},
+            {"held back by something", found_.held},
+            {"unsettled", found_.unsettled},
+            {"too near to be judged", found_.unknown},
+            {"jammed though there is way left", found_.jammed_poses, "", kMustBeZero},
+            {"force, max", found_.largest_force, "N"}});
   if (options_.is_massless && !options_.has_friction) {
-    rows.none("ticks jammed against all pairs", found_.jammed_ticks);
-    rows.none("ticks fallen through", found_.fallen);
-    rows.at_most("spring outside the cone of the contacts, max", found_.off_cone, "of it", kCone);
+    rows.add({{"ticks jammed against all pairs", found_.jammed_ticks, "", kMustBeZero},
+              {"ticks fallen through", found_.fallen, "", kMustBeZero},
+              {"spring outside the cone of the contacts, max", found_.off_cone, "of it",
+               at_most(kCone)}});
   }
   if (!options_.is_massless) {
     rows.add("step of force in a tick, max", found_.largest_step, "N");
     return rows.rows();
   }
-  rows.at_most("force not between the last and the spring's, max", found_.beside, "of it", kCone);
-  rows.add("step of the exact force in a tick, max", found_.reference_step, "N");
-  rows.at_most("step of force in a tick, max", found_.largest_step, "N",
-               std::max(found_.reference_step, kNoticed * found_.largest_force));
+  rows.add(
+      {{"force not between the last and the spring's, max", found_.beside, "of it", at_most(kCone)},
+       {"step of the exact force in a tick, max", found_.reference_step, "N"},
+       {"step of force in a tick, max", found_.largest_step, "N",
+        at_most(std::max(found_.reference_step, kNoticed * found_.largest_force))}});
   const double exact = rms_above(reference_W_, 1 / options_.dt, kRough);
-  rows.add("exact force above 100 Hz, root mean square", exact, "N");
-  rows.at_most("force above 100 Hz, root mean square", rms_above(felt_W_, 1 / options_.dt, kRough),
-               "N", kRougher * exact);
+  rows.add({{"exact force above 100 Hz, root mean square", exact, "N"},
+            {"force above 100 Hz, root mean square", rms_above(felt_W_, 1 / options_.dt, kRough),
+             "N", at_most(kRougher * exact)}});
   return rows.rows();
 }
 

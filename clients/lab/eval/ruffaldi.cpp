@@ -5,6 +5,9 @@
 #include <random>
 
 #include "clients/lab/eval/renderer.h"
+#include "clients/lab/support/closed_grid.h"
+#include "clients/lab/support/measurement.h"
+#include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "contact/bake/bake.h"
 #include "contact/query/point/closest_point.h"
@@ -48,16 +51,8 @@ SurfacePoint on_bumps(double x, double y) {
 
 /// A torus of n × m quads of two triangles.
 Soup make_torus(uint32_t n, uint32_t m) {
-  Soup soup;
-  for (uint32_t i = 0; i < n; ++i) {
-    for (uint32_t j = 0; j < m; ++j) {
-      soup.vertices.push_back(on_torus(2 * kPi * i / n, 2 * kPi * j / m).p);
-      const auto at = [&](uint32_t a, uint32_t b) { return (a % n) * m + b % m; };
-      const uint32_t a = at(i, j), b = at(i + 1, j), c = at(i + 1, j + 1), d = at(i, j + 1);
-      soup.triangles.insert(soup.triangles.end(), {{a, b, c}, {a, c, d}});
-    }
-  }
-  return soup;
+  return make_closed_grid(
+      n, m, [&](uint32_t i, uint32_t j) { return on_torus(2 * kPi * i / n, 2 * kPi * j / m).p; });
 }
 
 double longest_edge(const Soup& soup) {
@@ -219,21 +214,37 @@ std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
   Rows rows = machine_rows("ruffaldi on " + (scanned ? eval.traj : eval.surface));
   rows.add("triangles", shape.mesh.triangles.size());
   if (!scanned) rows.add("noise of the tracker", eval.noise, "m");
-  rows.add("samples in contact", c.samples);
-  rows.add("mean force", c.mean_force, "N");
+  rows.add({{"samples in contact", c.samples}, {"mean force", c.mean_force, "N"}});
   // only surfaces that a mesh represents (almost) exactly have a goal
   const bool judged = !scanned && (eval.surface == "plane" || eval.surface == "sphere");
   const double share = c.mean_force > 0 ? c.rms / c.mean_force : 0;
-  rows.at_most("force error, rms, of the mean", share, "", goal_if(judged, kShare));
-  rows.add("force error, rms", c.rms, "N");
-  rows.add("force error, rms, normal", c.rms_normal, "N");
-  rows.add("force error, rms, tangential", c.rms_tangential, "N");
-  rows.add("force error, max", c.max, "N");
-  rows.add("lag", c.lag, "ticks");
-  rows.add("force error, rms, lag taken out", c.rms_aligned, "N");
-  rows.add("direction jump in a tick, max", c.direction_jump, "rad");
+  rows.add({{"force error, rms, of the mean", share, "", at_most(goal_if(judged, kShare))},
+            {"force error, rms", c.rms, "N"},
+            {"force error, rms, normal", c.rms_normal, "N"},
+            {"force error, rms, tangential", c.rms_tangential, "N"},
+            {"force error, max", c.max, "N"},
+            {"lag", c.lag, "ticks"},
+            {"force error, rms, lag taken out", c.rms_aligned, "N"},
+            {"direction jump in a tick, max", c.direction_jump, "rad"}});
   if (!scanned) rows.add("bound of the mesh's error, h²κ/8·k", work.facet_error, "N");
   return rows.rows();
+}
+
+Measured suite_ruffaldi(Command& command) {
+  const auto eval = std::make_shared<RuffaldiEval>();
+  command.option("--surface", eval->surface, "plane, sphere, torus or bumpy")
+      .one_of({"plane", "sphere", "torus", "bumpy"})
+      .show_default();
+  command
+      .quantity("--noise", eval->noise, Dimension::kLength, {0, 1e-3},
+                "of the tracker, σ; a number without unit is in metres", "m")
+      .show_default();
+  command.option("--mesh FILE", eval->mesh, "what was scanned");
+  command.option("--traj FILE", eval->traj, "a scan of this mesh instead of a surface")
+      .needs("--mesh");
+  add_scan_size(command, eval->size);
+  add_lockstep(command, eval->lockstep);
+  return [eval] { return eval_ruffaldi(*eval); };
 }
 
 }  // namespace haptic

@@ -62,7 +62,7 @@ struct RuffaldiEval {
   LockstepOptions lockstep;
 };
 
-/// `hapt eval --protocol ruffaldi`. Goal: rms error at most 0.5 % of the mean force on plane and
+/// `hapt eval ruffaldi`. Goal: rms error at most 0.5 % of the mean force on plane and
 /// sphere.
 std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval);
 

@@ -1,9 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/eval/table.h"
+#include "clients/hapt/check_outputs.h"
+#include "clients/hapt/options.h"
+#include "clients/lab/support/columns.h"
+#include "clients/lab/support/measurement.h"
+#include "clients/lab/support/offline_session.h"
+#include "proto/wire/renderer.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <map>
+#include <memory>
 #include <utility>
 
 namespace haptic {
@@ -21,18 +29,12 @@ constexpr std::array<std::pair<const char*, const char*>, 9> kColumns{
      {"ticks not finite", "NaN"},
      {"force held by the device, max", "held max"}}};
 
-constexpr int kNameWidth = 46, kColumnWidth = 13;  // [characters]
+constexpr size_t kNameWidth = 46, kColumnWidth = 13;  // [characters]
 
 const Row* find(const std::vector<Row>& rows, const std::string& metric) {
   const auto it =
       std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return row.metric == metric; });
   return it == rows.end() ? nullptr : &*it;
-}
-
-void print_cell(std::ostream& out, const std::string& text, int width) {
-  char padded[128];
-  std::snprintf(padded, sizeof padded, "%-*s", width, text.c_str());
-  out << padded;
 }
 
 std::string table_cell(const Row* row) {
@@ -73,16 +75,99 @@ std::vector<RendererEval> cases_of(const EvalTable& table) {
 void print_cases(std::ostream& out, const std::vector<std::vector<Row>>& cases) {
   if (cases.empty()) return;
   if (const Row* machine = find(cases[0], "machine")) out << "  " << machine->note << "\n\n";
-  print_cell(out, "  case ('!': misses its goal)", kNameWidth);
-  for (const auto& [metric, head] : kColumns) print_cell(out, head, kColumnWidth);
+  out << padded("  case ('!': misses its goal)", kNameWidth);
+  for (const auto& [metric, head] : kColumns) out << padded(head, kColumnWidth);
   out << "goals\n";
   for (const std::vector<Row>& rows : cases) {
-    print_cell(out, "  " + rows[0].case_name, kNameWidth);
+    out << padded("  " + rows[0].case_name, kNameWidth);
     for (const auto& [metric, head] : kColumns)
-      print_cell(out, table_cell(find(rows, metric)), kColumnWidth);
+      out << padded(table_cell(find(rows, metric)), kColumnWidth);
     const char* const held = find(rows, kNoAnswer) != nullptr ? "no answer\n" : "hold\n";
     out << (all_hold(rows) ? held : "MISSED\n");
   }
+}
+
+namespace {
+
+/// One case or several. Throws std::runtime_error for --plot with several.
+Report eval_cases(const EvalTable& table, bool overwrite) {
+  const std::vector<RendererEval> cases = cases_of(table);
+  std::vector<std::string> inputs{table.each.trace};
+  for (const RendererEval& one : cases) {
+    if (!is_eval_work(one.mesh)) inputs.push_back(one.mesh);
+  }
+  check_outputs({table.each.plot}, inputs, overwrite);
+  if (cases.size() == 1) return eval_renderer(cases[0]);
+  if (!table.each.plot.empty()) throw std::runtime_error("--plot: draws one case; give one MESH");
+  std::vector<std::vector<Row>> judged;
+  std::vector<Row> rows;
+  for (RendererEval one : cases) {
+    one.progress =
+        "case " + std::to_string(judged.size() + 1) + " of " + std::to_string(cases.size());
+    judged.push_back(eval_renderer(one));
+    rows.insert(rows.end(), judged.back().begin(), judged.back().end());
+  }
+  return Report(rows, [judged](std::ostream& out) { print_cases(out, judged); });
+}
+
+void add_renderer_options(Command& command, RendererEval& judged) {
+  std::map<std::string, Renderer> renderers;
+  for (const RendererRow& row : kRenderers) {
+    if (!is_of_body(row.id)) renderers.emplace(row.name, row.id);
+  }
+  command.choice("--renderer", judged.renderer, renderers, "the renderer, of a point")
+      .show_default("god-object3");
+  command.number("--friction", judged.friction, {0, 10}, "μ of virtual-proxy3, measured on flat:N")
+      .show_default();
+  add_scan_size(command, judged.size);
+  command
+      .quantity("--stiffness", judged.stiffness, Dimension::kStiffness, {1, 1e5},
+                "of the coupling; a number without unit is in N/m", "N/m")
+      .show_default();
+  command
+      .quantity("--max-force", judged.max_force, Dimension::kForce, {0.1, 1e3},
+                "limit of the device; a number without unit is in N", "N")
+      .show_default();
+  command.option("--ticks", judged.ticks, "length of the tool's path")
+      .range(1, 10'000'000)
+      .show_default();
+  command.option("--trace FILE", judged.trace, "a recorded hand instead of the mesh's own path");
+  add_plot(command, judged.plot, "draw force, error and ripple into this file");
+}
+
+}  // namespace
+
+Measured suite_mesh(Command& command) {
+  struct Options {
+    EvalTable table{{}, {}, {1e-3}, {}};
+    bool overwrite = false;
+  };
+  const auto options = std::make_shared<Options>();
+  EvalTable& table = options->table;
+  command
+      .option("MESH", table.meshes,
+              "hf:N, sphere:N, flat:N, a mesh file, or all for the benchmark set; several make a "
+              "table")
+      .required();
+  command
+      .quantities("--radius", table.radii, Dimension::kLength, {0, 0.1},
+                  "of the proxy of virtual-proxy3, as \"1 mm\"; 0: a point; a number without unit "
+                  "is in metres",
+                  "m")
+      .show_default();
+  add_renderer_options(command, table.each);
+  add_lockstep(command, table.each.lockstep);
+  add_overwrite(command, options->overwrite);
+  return [options, command] {
+    EvalTable asked = options->table;
+    asked.latencies = {asked.each.lockstep.contact_latency};
+    // the benchmark set is published with both
+    if (asked.meshes == std::vector<std::string>{"all"} &&
+        !command.was_given("--contact-latency")) {
+      asked.latencies = {0, 1};
+    }
+    return eval_cases(asked, options->overwrite);
+  };
 }
 
 }  // namespace haptic

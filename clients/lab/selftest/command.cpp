@@ -9,7 +9,7 @@
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
 #include "clients/lab/selftest/guarded_loop.h"
-#include "clients/report/print_rows.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/report/report.h"
 #include "contact/bake/session.h"
 #include "proto/os/progress.h"
@@ -22,7 +22,6 @@ namespace {
 struct SelftestOptions {
   std::string config = "plane.toml";
   std::optional<uint64_t> ticks;
-  bool json = false;
 };
 
 GuardedLoopOptions loop_options(const SessionConfig& config, std::optional<uint64_t> ticks) {
@@ -43,19 +42,20 @@ Rows make_rows(const SessionConfig& config, const GuardedLoopResult& result) {
   rows.add("ticks under guard", result.ticks);
   const bool is_simulated = !has_node(config.device);
   // without contact a simulated hand tests little; a real hand is up to its user
-  rows.at_least("of them in contact", result.contact_ticks, "", goal_if(is_simulated, 1));
-  // a loop whose device did not answer has not been tested
-  rows.none("of them without the device", result.lost_ticks);
+  rows.add({{"of them in contact", result.contact_ticks, "", at_least(goal_if(is_simulated, 1))},
+            // a loop whose device did not answer has not been tested
+            {"of them without the device", result.lost_ticks, "", kMustBeZero}});
   for (size_t kind = 0; kind < kViolations; ++kind) {
     const uint64_t count = result.report.caught[kind].count;
     rows.none(std::string("violations: ") + name_of(static_cast<Violation>(kind)), count);
   }
   // caused by other programs on this core
-  rows.add("involuntary switches", result.report.involuntary_switches);
-  // one sleep per timed tick and no other wait; on a node the kernel may wait for its own lock
-  rows.add("voluntary switches", result.report.voluntary_switches, "",
-           goal_if(is_simulated, static_cast<double>(result.timed_ticks)),
-           result.stray_sleeps() == 0);
+  rows.add(
+      {{"involuntary switches", result.report.involuntary_switches},
+       // one sleep per timed tick and no other wait; on a node the kernel may wait for its own lock
+       {"voluntary switches", result.report.voluntary_switches, "",
+        given(goal_if(is_simulated, static_cast<double>(result.timed_ticks)),
+              result.stray_sleeps() == 0)}});
   return rows;
 }
 
@@ -75,28 +75,31 @@ GuardedLoopResult run_shown(const SessionConfig& config, const ContactShapes& sh
   return run_guarded_loop(config, shapes, loop);
 }
 
-void run_selftest(const SelftestOptions& options) {
+std::vector<Row> rows_of_selftest(const SelftestOptions& options) {
   const SessionConfig config = load_config(find_session_file(options.config));
   const BakedSession baked = bake_session(config);
   const GuardedLoopResult result =
       run_shown(config, baked.shapes(), loop_options(config, options.ticks));
   const Rows rows = make_rows(config, result);
   std::cerr << result.report.explain();
-  print_judged(rows.rows(), options.json);
+  return rows.rows();
+}
+
+Measured prepare_selftest(Command& command) {
+  const auto options = std::make_shared<SelftestOptions>();
+  add_config(command, options->config).show_default();
+  command.option("--ticks", options->ticks, "how many, one after the other without waiting")
+      .range(1, 1'000'000'000)
+      .show_default("1000000; with a real device 10000, at its rate");
+  return [options] { return rows_of_selftest(*options); };
 }
 
 }  // namespace
 
 void add_selftest_command(Command& app) {
-  const auto options = std::make_shared<SelftestOptions>();
   Command command = add_elsewhere(app, "selftest");
-  add_config(command, options->config).show_default();
-  command.option("--ticks", options->ticks, "how many, one after the other without waiting")
-      .range(1, 1'000'000'000)
-      .show_default("1000000; with a real device 10000, at its rate");
-  add_json(command, options->json);
+  measure_by(command, prepare_selftest);
   command.example("hapt selftest --config plane.toml");
-  command.action([options] { run_selftest(*options); });
 }
 
 }  // namespace haptic

@@ -97,6 +97,15 @@ class RtGuard {
   Usage armed_at_{};
 };
 
+/// How often some work allocates and frees.
+uint64_t allocations_of(const auto& work) {
+  RtGuard guard({.filter_system_calls = false});
+  guard.arm();
+  work();
+  guard.disarm();
+  return guard.report().of(Violation::kAllocate).count + guard.report().of(Violation::kFree).count;
+}
+
 namespace detail {
 /// Called by a hook: counts if the calling thread is armed.
 void note_violation(Violation kind) noexcept;

@@ -79,7 +79,7 @@ double parsed(const AxisKey& key, const std::string& text, bool turning) {
   }
 }
 
-std::optional<double> given(const AxisOptions& options, const AxisKey& key) {
+std::optional<double> value_given(const AxisOptions& options, const AxisKey& key) {
   const auto found = options.given.find(key.name);
   if (found == options.given.end() || found->second.empty()) return std::nullopt;
   return parsed(key, found->second[0], options.turning);
@@ -115,7 +115,6 @@ void add_axis_options(Command& command, AxisOptions& options) {
         return name.ends_with(".svg") ? "" : "the drawing is an SVG; name it with .svg at the end";
       });
   add_overwrite(command, options.overwrite);
-  add_json(command, options.json);
 }
 
 void add_coupling_options(Command& command, AxisOptions& options) {
@@ -135,13 +134,13 @@ ProbeSetting setting_of(const AxisOptions& options) {
   out.rate = config.servo_rate;
   out.hand = hand_of(config);
   for (const DeviceKey& key : kDeviceKeys) {
-    if (const auto value = given(options, key)) {
+    if (const auto value = value_given(options, key)) {
       out.hand.*(options.turning ? key.turning_value : key.moving_value) = *value;
     }
   }
   const CoupledAxis axis = options.turning ? turning_axis(config) : moving_axis(config);
-  out.stiffness = given(options, kStiffnessKey).value_or(axis.stiffness);
-  out.damping = given(options, kDampingKey).value_or(axis.coupling_damping);
+  out.stiffness = value_given(options, kStiffnessKey).value_or(axis.stiffness);
+  out.damping = value_given(options, kDampingKey).value_or(axis.coupling_damping);
   out.max_damping = config.device.max_damping;
   out.max_rotational_damping = config.device.max_rotational_damping;
   if (!((options.turning ? out.hand.inertia : out.hand.mass) > 0)) {

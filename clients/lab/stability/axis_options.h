@@ -27,7 +27,7 @@ struct AxisOptions {
   std::map<std::string, std::vector<std::string>> given;  // by name of the option: its word, if any
   double rate = 0;                                        // [Hz]; 0: the session's
   std::string output;                                     // an SVG
-  bool overwrite = false, json = false;
+  bool overwrite = false;
 };
 
 /// Adds --config, --turning, those of the device, --rate, and those of the output.

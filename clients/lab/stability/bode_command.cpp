@@ -9,8 +9,8 @@
 #include "clients/hapt/commands.h"
 #include "clients/lab/stability/axis_options.h"
 #include "clients/lab/stability/bode.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/report/plot_svg.h"
-#include "clients/report/print_rows.h"
 
 namespace haptic {
 namespace {
@@ -69,9 +69,9 @@ Rows rows_of(const Bode& bode, bool turning) {
   }
   const auto gain_error = [&](size_t i) { return std::fabs(decibels(bode.points[i].ratio())); };
   const auto phase_error = [&](size_t i) { return std::fabs(phases[i]); };
-  rows.add("within 3 dB up to", good_up_to(bode, gain_error, 3), "Hz");
-  rows.add("within 45 deg up to", good_up_to(bode, phase_error, 45), "Hz");
-  rows.add("distortion", bode.distortion);
+  rows.add({{"within 3 dB up to", good_up_to(bode, gain_error, 3), "Hz"},
+            {"within 45 deg up to", good_up_to(bode, phase_error, 45), "Hz"},
+            {"distortion", bode.distortion}});
   return rows;
 }
 
@@ -96,7 +96,7 @@ void draw_bode(const AxisOptions& options, const Bode& bode) {
             {"frequency [Hz]", true});
 }
 
-void run_bode(const BodeOptions& options) {
+std::vector<Row> rows_of_bode(const BodeOptions& options) {
   ProbeSetting setting = setting_of(options.axis);
   setting.delay = options.delay;
   if (!(setting.stiffness > 0)) {
@@ -106,14 +106,11 @@ void run_bode(const BodeOptions& options) {
   const ProbeScene scene(options.axis.turning);
   const Bode bode = measure_bode(scene, setting, options.periods);
   if (!options.axis.output.empty()) draw_bode(options.axis, bode);
-  print_judged(rows_of(bode, options.axis.turning).rows(), options.axis.json);
+  return rows_of(bode, options.axis.turning).rows();
 }
 
-}  // namespace
-
-void add_bode_command(Command& app) {
+Measured prepare_bode(Command& command) {
   const auto options = std::make_shared<BodeOptions>();
-  Command command = add_elsewhere(app, "bode");
   command.option("--delay", options->delay, "ticks by which each force comes late")
       .range(0, 400)
       .show_default();
@@ -122,8 +119,15 @@ void add_bode_command(Command& app) {
       .show_default();
   add_coupling_options(command, options->axis);
   add_axis_options(command, options->axis);
+  return [options] { return rows_of_bode(*options); };
+}
+
+}  // namespace
+
+void add_bode_command(Command& app) {
+  Command command = add_elsewhere(app, "bode");
+  measure_by(command, prepare_bode);
   command.example("hapt bode --config plane.toml --delay 1 -o bode.svg");
-  command.action([options] { run_bode(*options); });
 }
 
 }  // namespace haptic

@@ -9,8 +9,8 @@
 #include "clients/hapt/commands.h"
 #include "clients/lab/stability/axis_options.h"
 #include "clients/lab/stability/margin_curve.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/report/plot_svg.h"
-#include "clients/report/print_rows.h"
 
 namespace haptic {
 namespace {
@@ -29,7 +29,7 @@ void draw_passivity(const AxisOptions& options, const std::vector<MarginPoint>& 
             {{"margin, drawn up to 2", "", {margin, zero}}}, {"frequency [Hz]", true});
 }
 
-void run_passivity(const AxisOptions& options) {
+std::vector<Row> rows_of_passivity(const AxisOptions& options) {
   const ProbeSetting setting = setting_of(options);
   check_outputs({options.output}, {options.config}, options.overwrite);
   const CoupledAxis axis = coupled_axis(setting);
@@ -40,27 +40,31 @@ void run_passivity(const AxisOptions& options) {
       [](const MarginPoint& a, const MarginPoint& b) { return a.margin < b.margin; });
 
   Rows rows(options.turning ? "turning" : "moving");
-  rows.add("damping of the device", axis.damping, units.damping);
-  rows.add("damping of the coupling", axis.coupling_damping, units.damping);
-  rows.at_least("two-port margin", two_port_margin(axis), "", 0);
-  rows.add("where it is least", least->frequency, "Hz");
+  rows.add({{"damping of the device", axis.damping, units.damping},
+            {"damping of the coupling", axis.coupling_damping, units.damping},
+            {"two-port margin", two_port_margin(axis), "", at_least(0)},
+            {"where it is least", least->frequency, "Hz"}});
   const double most = passive_stiffness(axis);
-  rows.add("stiffness, below 2 (b - b_c)/T", axis.stiffness, units.stiffness, most,
-           axis.stiffness < most || axis.stiffness == 0);
-  rows.add("largest stiffness with a margin", largest_with_margin(axis), units.stiffness);
+  rows.add({{"stiffness, below 2 (b - b_c)/T", axis.stiffness, units.stiffness,
+             given(most, axis.stiffness < most || axis.stiffness == 0)},
+            {"largest stiffness with a margin", largest_with_margin(axis), units.stiffness}});
   if (!options.output.empty()) draw_passivity(options, curve);
-  print_judged(rows.rows(), options.json);
+  return rows.rows();
+}
+
+Measured prepare_passivity(Command& command) {
+  const auto options = std::make_shared<AxisOptions>();
+  add_coupling_options(command, *options);
+  add_axis_options(command, *options);
+  return [options] { return rows_of_passivity(*options); };
 }
 
 }  // namespace
 
 void add_passivity_command(Command& app) {
-  const auto options = std::make_shared<AxisOptions>();
   Command command = add_elsewhere(app, "passivity");
-  add_coupling_options(command, *options);
-  add_axis_options(command, *options);
+  measure_by(command, prepare_passivity);
   command.example("hapt passivity --config bunny.toml --stiffness \"1200 N/m\" -o margin.svg");
-  command.action([options] { run_passivity(*options); });
 }
 
 }  // namespace haptic

@@ -7,8 +7,8 @@
 #include "clients/hapt/commands.h"
 #include "clients/lab/stability/axis_options.h"
 #include "clients/lab/stability/zwidth.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/report/plot_svg.h"
-#include "clients/report/print_rows.h"
 #include "device-io/hand/impedance.h"
 #include "proto/os/progress.h"
 
@@ -90,7 +90,7 @@ Series curve(const ProbeScene& scene, ProbeSetting setting, const std::vector<do
   return out;
 }
 
-void run_zwidth(const ZwidthOptions& options) {
+std::vector<Row> rows_of_zwidth(const ZwidthOptions& options) {
   const AxisOptions& axis = options.axis;
   ProbeSetting setting = setting_of(axis);
   setting.is_controlled = options.is_controlled;
@@ -120,14 +120,11 @@ void run_zwidth(const ZwidthOptions& options) {
     write_svg(axis.output, "largest stable stiffness, " + axis.config, panels,
               {"damping of the coupling [" + std::string(units.damping) + "]"});
   }
-  print_judged(rows, axis.json);
+  return rows;
 }
 
-}  // namespace
-
-void add_zwidth_command(Command& app) {
+Measured prepare_zwidth(Command& command) {
   const auto options = std::make_shared<ZwidthOptions>();
-  Command command = add_elsewhere(app, "zwidth");
   std::vector<std::string> names{"all"};
   for (const HandImpedance& hand : kHandImpedances) names.emplace_back(hand.name);
   command.option("--hand NAME", options->hands, "who holds the device; else the session's hand")
@@ -143,8 +140,15 @@ void add_zwidth_command(Command& app) {
   command.flag("--with-controller", options->is_controlled,
                "with the passivity controller, else the coupling alone");
   add_axis_options(command, options->axis);
+  return [options] { return rows_of_zwidth(*options); };
+}
+
+}  // namespace
+
+void add_zwidth_command(Command& app) {
+  Command command = add_elsewhere(app, "zwidth");
+  measure_by(command, prepare_zwidth);
   command.example("hapt zwidth --config plane.toml --hand none typical --delay 0 1 -o zwidth.svg");
-  command.action([options] { run_zwidth(*options); });
 }
 
 }  // namespace haptic

@@ -55,12 +55,13 @@ void add_witness_rows(Rows& rows, const std::vector<JitterRound>& rounds) {
     sum.shared += one.shared;
     sum.largest_private_ns = std::max(sum.largest_private_ns, one.largest_private_ns);
   }
-  rows.add("wakes later than 200 µs", sum.late);
-  rows.add("of them shared with the witness", sum.shared);
+  rows.add(
+      {{"wakes later than 200 µs", sum.late}, {"of them shared with the witness", sum.shared}});
   if (sum.late == 0) return;
   const double share = static_cast<double>(sum.shared) / static_cast<double>(sum.late);
-  rows.at_least("share of them shared", share, "", kGoalShared);
-  rows.add("latest that was not shared", 1e-9 * static_cast<double>(sum.largest_private_ns), "s");
+  rows.add(
+      {{"share of them shared", share, "", at_least(kGoalShared)},
+       {"latest that was not shared", 1e-9 * static_cast<double>(sum.largest_private_ns), "s"}});
 }
 
 }  // namespace
@@ -94,14 +95,14 @@ Rows make_jitter_rows(const std::vector<JitterRound>& rounds) {
 
   const double hybrid_p99 =
       median_of(rounds, [](const JitterRound& r) { return seconds_at(r.hybrid.late, 99); });
-  rows.add("hybrid: wake p50, median of the pairs",
-           median_of(rounds, [](const JitterRound& r) { return seconds_at(r.hybrid.late, 50); }),
-           "s");
-  rows.at_most("hybrid: wake p99, median of the pairs", hybrid_p99, "s", kGoalHybridP99);
-  rows.add("hybrid: wakes later than 100 µs",
-           sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_100us; }));
-  rows.add("hybrid: wakes later than 1 ms",
-           sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_1ms; }));
+  rows.add(
+      {{"hybrid: wake p50, median of the pairs",
+        median_of(rounds, [](const JitterRound& r) { return seconds_at(r.hybrid.late, 50); }), "s"},
+       {"hybrid: wake p99, median of the pairs", hybrid_p99, "s", at_most(kGoalHybridP99)},
+       {"hybrid: wakes later than 100 µs",
+        sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_100us; })},
+       {"hybrid: wakes later than 1 ms",
+        sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_1ms; })}});
   return rows;
 }
 

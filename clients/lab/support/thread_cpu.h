@@ -20,4 +20,9 @@ int64_t cpu_ns_of(const auto& work) {
   return thread_cpu_ns() - begin;
 }
 
+/// The same [s].
+double cpu_seconds_of(const auto& work) {
+  return 1e-9 * static_cast<double>(cpu_ns_of(work));
+}
+
 }  // namespace haptic

@@ -17,6 +17,8 @@
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
+#include "clients/hapt/scratch_folder.h"
+#include "clients/lab/support/columns.h"
 #include "clients/lab/torture/account.h"
 #include "clients/lab/torture/faults.h"
 #include "clients/report/report.h"
@@ -43,28 +45,6 @@ struct TortureCommand {
        bodies = false;
 };
 
-/// A private folder in the temporary folder.
-class WorkFolder {
- public:
-  explicit WorkFolder(bool keep) : keep_(keep) {
-    std::string name = (std::filesystem::temp_directory_path() / "hapt-torture-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw std::runtime_error(name + ": cannot be made; set TMPDIR to a folder that is writable");
-    }
-    path_ = name;
-  }
-  ~WorkFolder() {
-    std::error_code ignored;
-    if (!keep_) std::filesystem::remove_all(path_, ignored);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-  bool keep_;
-};
-
 /// Results of one kind of fault.
 struct Tally {
   uint64_t count = 0, violated = 0, excused = 0;
@@ -85,7 +65,7 @@ struct Tally {
 };
 
 struct Result {
-  std::array<Tally, kFaultKinds> tallies;
+  std::vector<Tally> tallies{all_faults().size()};
   SampleAccount samples;
   uint64_t faults = 0, violations = 0, between = 0, unseen = 0;
   double minutes = 0;
@@ -116,7 +96,7 @@ class Deck {
  private:
   void refill() {
     std::vector<FaultKind> fresh;
-    for (const FaultInfo& info : kFaults) {
+    for (const FaultInfo& info : all_faults()) {
       if (info.is_of_six && !six_) continue;
       fresh.insert(fresh.end(), static_cast<size_t>(info.share), info.kind);
     }
@@ -216,12 +196,12 @@ double seconds(int64_t ns) {
 /// The results as rows: one case per kind, and the totals.
 std::vector<Row> make_rows(const TortureCommand& options, const Result& result) {
   std::vector<Row> all;
-  for (const FaultInfo& info : kFaults) {
+  for (const FaultInfo& info : all_faults()) {
     if (info.is_of_six && !options.six) continue;
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
     Rows rows{std::string(info.name)};
-    rows.add("faults", tally.count);
-    rows.none("faults with violations", tally.violated);
+    rows.add(
+        {{"faults", tally.count}, {"faults with violations", tally.violated, "", kMustBeZero}});
     if (tally.worst_zero_ns) rows.add("worst time to zero", seconds(*tally.worst_zero_ns), "s");
     if (tally.worst_recovery_ns) {
       rows.add("worst time to whole", seconds(*tally.worst_recovery_ns), "s");
@@ -235,17 +215,17 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
   const double per_minute = options.bodies ? kFaultsWithBodies : kFaultsPerMinute;
   const double goal = std::floor(per_minute * options.minutes());
   Rows totals = machine_rows("torture");
-  totals.add("faults", static_cast<double>(result.faults), "", goal,
-             result.interrupted || static_cast<double>(result.faults) >= goal);
-  totals.none("faults with violations", result.violations);
-  totals.none("violations between two faults", result.between);
+  totals.add({{"faults", static_cast<double>(result.faults), "",
+               given(goal, result.interrupted || static_cast<double>(result.faults) >= goal)},
+              {"faults with violations", result.violations, "", kMustBeZero},
+              {"violations between two faults", result.between, "", kMustBeZero}});
   const SampleAccount& s = result.samples;
-  totals.add("servo frames published", s.published);
-  totals.add("recorded", s.recorded);
-  totals.add("not recorded, explained", s.explained);
-  totals.none("not recorded, unexplained", s.unexplained);
-  totals.none("lost by recorders, all rings", s.told);
-  totals.none("missed by this program", result.unseen);
+  totals.add({{"servo frames published", s.published},
+              {"recorded", s.recorded},
+              {"not recorded, explained", s.explained},
+              {"not recorded, unexplained", s.unexplained, "", kMustBeZero},
+              {"lost by recorders, all rings", s.told, "", kMustBeZero},
+              {"missed by this program", result.unseen, "", kMustBeZero}});
   for (const std::string& why : s.unreadable) {
     totals.add("a recording cannot be read: " + why, 1, "", 0, false);
   }
@@ -255,14 +235,6 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
 
 std::string cell(const std::optional<int64_t>& ns) {
   return ns ? readable(seconds(*ns), "s") : "–";
-}
-
-/// Pads to a display width: UTF-8 continuation bytes have none.
-void put(const std::string& text, size_t width) {
-  const auto wide = static_cast<size_t>(std::count_if(text.begin(), text.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xc0) != 0x80;
-  }));
-  std::cout << text << std::string(wide < width ? width - wide : 0, ' ');
 }
 
 /// The documented effect of a kind of fault, in words.
@@ -290,11 +262,11 @@ std::string stated(const FaultInfo& info) {
 void print_kinds(const Result& result, bool six) {
   constexpr std::array<size_t, 7> kWidths{32, 7, 12, 15, 16, 9, 0};
   const auto line = [&](const std::array<std::string, 7>& cells) {
-    for (size_t i = 0; i < cells.size(); ++i) put(cells[i], kWidths[i]);
+    for (size_t i = 0; i < cells.size(); ++i) std::cout << padded(cells[i], kWidths[i]);
     std::cout << '\n';
   };
   line({"fault", "count", "violations", "worst to zero", "worst to whole", "excused", "stated"});
-  for (const FaultInfo& info : kFaults) {
+  for (const FaultInfo& info : all_faults()) {
     if (info.is_of_six && !six) continue;
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
     line({std::string(info.name), std::to_string(tally.count), std::to_string(tally.violated),
@@ -322,7 +294,7 @@ void run_torture(const TortureCommand& options) {
     check_outputs({recording + ".mcap", recording + "-2.mcap"}, {}, options.overwrite);
   }
   catch_stop_signals();
-  const WorkFolder folder(options.keep);
+  const ScratchFolder folder(options.keep);
   if (recording.empty()) recording = folder.path() + "/torture";
   Result result;
   {

@@ -315,10 +315,6 @@ Vec3 tilt_of(const Quat& q_BT) {
   return to_rotation_vector(q_BT * conjugate(about_z));
 }
 
-double answered_depth(const ForceRules& rules, const EmulatorRecord& record) {
-  return said(rules, record.answered).depth;
-}
-
 bool is_wall(const ForceRules& rules, const EmulatorRecord& command, double speed) {
   const Said at = said(rules, command.answered);
   const double force = std::min(rules.stiffness * at.depth, rules.max_force);
@@ -391,6 +387,11 @@ std::vector<Stall> emulator_stalls(std::span<const EmulatorRecord> records) {
     if (stall.end_ns > stall.begin_ns) out.push_back(stall);
   }
   return out;
+}
+
+std::vector<Stall> stalls_since(std::vector<Stall> stalls, int64_t since_ns) {
+  std::erase_if(stalls, [&](const Stall& s) { return s.end_ns <= since_ns; });
+  return merge_stalls(stalls, {});
 }
 
 std::vector<Stall> merge_stalls(std::span<const Stall> a, std::span<const Stall> b) {

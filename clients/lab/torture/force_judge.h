@@ -108,9 +108,6 @@ struct ForceVerdict {
 /// without z [rad].
 Vec3 tilt_of(const Quat& q_BT);
 
-/// Depth below the wall, or tilt, as known to the server when it sent a command [m or rad].
-double answered_depth(const ForceRules& rules, const EmulatorRecord& record);
-
 /// Whether a command equals the spring at the depth known to the server, within the passivity
 /// controller's damping at `speed` [m/s or rad/s] and the step of the currents.
 bool is_wall(const ForceRules& rules, const EmulatorRecord& command, double speed);
@@ -129,6 +126,9 @@ std::optional<int64_t> whole_again(const ForceRules& rules, std::span<const Emul
 /// Stalls of the emulator itself: it writes a record at least every 10 ms, and the rest of a longer
 /// gap is its own delay.
 std::vector<Stall> emulator_stalls(std::span<const EmulatorRecord> records);
+
+/// Those that end later than `since_ns`, in order and without overlap.
+std::vector<Stall> stalls_since(std::vector<Stall> stalls, int64_t since_ns);
 
 /// The union of two lists of stalls, in order of time and without overlap.
 std::vector<Stall> merge_stalls(std::span<const Stall> a, std::span<const Stall> b);

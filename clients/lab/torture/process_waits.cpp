@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <system_error>
 
@@ -67,10 +66,7 @@ void ProcessWaits::look(int64_t t_ns) {
 }
 
 std::vector<Stall> ProcessWaits::stalls(int64_t since_ns) const {
-  std::vector<Stall> since;
-  std::copy_if(stalls_.begin(), stalls_.end(), std::back_inserter(since),
-               [&](const Stall& s) { return s.end_ns > since_ns; });
-  return merge_stalls(since, {});
+  return stalls_since(stalls_, since_ns);
 }
 
 }  // namespace haptic

@@ -14,6 +14,7 @@
 
 #include "device-io/emulator/fault_order.h"
 #include "device-io/sixmotors/kinematics.h"
+#include "proto/config/quantity.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
 #include "proto/math/units.h"
@@ -68,15 +69,101 @@ constexpr double kMaxTorque = 0.03;          // [N·m]
 constexpr double kMaxTurningDamping = 2e-3;  // [N·m·s/rad]
 constexpr double kTorqueSlew = 1.7;          // to the largest in 18 ms, as the force [N·m/s]
 
-void write_box(std::ostream& out, const std::string& name, const Vec3& extent, const Vec3& place) {
-  const auto lengths = [&](const Vec3& v) {
-    for (int i = 0; i < 3; ++i) out << (i > 0 ? ", \"" : "\"") << v[i] << " m\"";
+/// A text with the words in braces replaced.
+std::string filled(std::string text,
+                   const std::vector<std::pair<std::string, std::string>>& words) {
+  for (const auto& [name, value] : words) {
+    const std::string place = "{" + name + "}";
+    for (size_t at = 0; (at = text.find(place, at)) != std::string::npos; at += value.size()) {
+      text.replace(at, place.size(), value);
+    }
+  }
+  return text;
+}
+
+constexpr const char* kSession = R"(
+[session]
+name = "{name}"
+realtime = {realtime}
+)";
+constexpr const char* kGraspMap = R"(
+[map]
+grasp_button = 0
+)";
+constexpr const char* kSixTool = R"(
+[tool]
+primitive = "box"
+extent = ["{cube} m", "{cube} m", "{cube} m"]
+[contact.rigid]
+margin = "1 um"
+[map.tool_on_grip]
+rotation = {axis = [0, 1, 0], angle = "{tilt} rad"}
+)";
+constexpr const char* kSixDevice = R"(
+[device]
+kind = "six-motors"
+max_torque = "0.3 N·m"
+max_rotational_damping = "{turning_damping} N·m·s/rad"
+)";
+constexpr const char* kRules = R"(
+max_force = "5 N"
+max_damping = "{damping} N·s/m"
+[device.serial]
+path = "{folder}/device"
+[coupling]
+stiffness = "{stiffness} N/m"
+{rotational_stiffness}
+[safety]
+armed_at_start = true
+max_force = "{force} N"
+soft_start = "{soft_start} s"
+slew = "{slew} N/s"
+)";
+constexpr const char* kSixRules = R"(max_torque = "{torque} N·m"
+torque_slew = "{torque_slew} N·m/s"
+)";
+constexpr const char* kBox = R"(
+[[object]]
+name = "{name}"
+primitive = "box"
+extent = {extent}
+position = {place}
+)";
+constexpr const char* kMovable = R"(
+[object.material]
+friction_static = 0.0
+friction_dynamic = 0.0
+[object.body]
+mass = "{mass} kg"
+)";
+constexpr const char* kSim = R"(
+[sim]
+gravity = ["0 m/s²", "0 m/s²", "-{gravity} m/s²"]
+)";
+
+std::string box(const std::string& name, const Vec3& extent, const Vec3& place) {
+  const auto lengths = [](const Vec3& v) {
+    return "[\"" + number_text(v.x) + " m\", \"" + number_text(v.y) + " m\", \"" +
+           number_text(v.z) + " m\"]";
   };
-  out << "[[object]]\nname = \"" << name << "\"\nprimitive = \"box\"\nextent = [";
-  lengths(extent);
-  out << "]\nposition = [";
-  lengths(place);
-  out << "]\n";
+  return filled(kBox, {{"name", name}, {"extent", lengths(extent)}, {"place", lengths(place)}});
+}
+
+/// A block with mass on the ground, whose top is where the handle is, between four walls. It is
+/// what a hand presses as it would a fixed one, and takes.
+std::string block_in_pocket() {
+  constexpr double kBottom = -2 * kHalfBlock, kMiddle = kHalfBlock + kPocket + kHalfWall;
+  constexpr double kWall = kBottom + kPocketDepth / 2;
+  constexpr Vec3 kAlongY{2 * kHalfWall, 4 * kMiddle, kPocketDepth};
+  constexpr Vec3 kAlongX{2 * (kHalfBlock + kPocket), 2 * kHalfWall, kPocketDepth};
+  return box("block", {2 * kHalfBlock, 2 * kHalfBlock, 2 * kHalfBlock}, {0, 0, -kHalfBlock}) +
+         filled(kMovable, {{"mass", number_text(kBlock)}}) +
+         box("ground", {0.2, 0.2, 0.04}, {0, 0, kBottom - 0.02}) +
+         box("wall to the one side of x", kAlongY, {-kMiddle, 0, kWall}) +
+         box("wall to the one side of y", kAlongX, {0, -kMiddle, kWall}) +
+         box("wall to the other side of x", kAlongY, {kMiddle, 0, kWall}) +
+         box("wall to the other side of y", kAlongX, {0, kMiddle, kWall}) +
+         filled(kSim, {{"gravity", number_text(kGravity)}});
 }
 
 /// The end of a file, for an error message; the file is deleted with its folder.
@@ -208,67 +295,36 @@ std::vector<ForceRules> TortureSession::rules() const {
   return {force, torque};
 }
 
-/// The device, and what it touches with.
-void TortureSession::write_tool(std::ostream& out) const {
-  if (!options_.six) {
-    out << "[device]\nkind = \"woodenhaptics\"\n";
-    return;
-  }
-  out << "[tool]\nprimitive = \"box\"\nextent = [";
-  for (const char* comma : {"", ", ", ", "}) out << comma << '"' << 2 * kHalfCube << " m\"";
-  out << "]\n[contact.rigid]\nmargin = \"1 um\"\n"
-      << "[map.tool_on_grip]\nrotation = {axis = [0, 1, 0], angle = \"" << kTiltOfTool
-      << " rad\"}\n[device]\nkind = \"six-motors\"\nmax_torque = \"0.3 N·m\"\n"
-      << "max_rotational_damping = \"" << kMaxTurningDamping << " N·m·s/rad\"\n";
-}
-
-/// The block, whose top is where the tool's middle, which is the handle, has half a cube below it.
-void TortureSession::write_objects(std::ostream& out) const {
-  if (options_.bodies) return write_bodies(out);
-  const double top = options_.six ? -kHalfCube : 0;  // [m]
-  write_box(out, "block", {0.2, 0.2, 0.04}, {0, 0, top - 0.02});
-}
-
-/// A block with mass on the ground, whose top is where the handle is, between four walls. It is
-/// what a hand presses as it would a fixed one, and takes.
-void TortureSession::write_bodies(std::ostream& out) const {
-  constexpr double kBottom = -2 * kHalfBlock, kMiddle = kHalfBlock + kPocket + kHalfWall;
-  write_box(out, "block", {2 * kHalfBlock, 2 * kHalfBlock, 2 * kHalfBlock}, {0, 0, -kHalfBlock});
-  out << "[object.material]\nfriction_static = 0.0\nfriction_dynamic = 0.0\n"
-      << "[object.body]\nmass = \"" << kBlock << " kg\"\n";
-  write_box(out, "ground", {0.2, 0.2, 0.04}, {0, 0, kBottom - 0.02});
-  const double z = kBottom + kPocketDepth / 2;
-  for (const double side : {-1.0, 1.0}) {
-    const std::string name = side < 0 ? "one" : "other";
-    const Vec3 across{2 * kHalfWall, 4 * kMiddle, kPocketDepth};
-    write_box(out, "wall to the " + name + " side of x", across, {side * kMiddle, 0, z});
-    write_box(out, "wall to the " + name + " side of y",
-              {2 * (kHalfBlock + kPocket), 2 * kHalfWall, kPocketDepth}, {0, side * kMiddle, z});
-  }
-  out << "[sim]\ngravity = [\"0 m/s²\", \"0 m/s²\", \"" << -kGravity << " m/s²\"]\n";
-}
-
+/// The block's top is where the tool's middle, which is the handle, has half a cube below it.
 std::string TortureSession::write_config() const {
   const ForceRules r = rules().front();
+  const bool six = options_.six;
+  const std::string text =
+      std::string(kSession) + (six ? "renderer = \"god-object6\"\n" : "") +
+      (options_.bodies ? kGraspMap : "") +
+      (six ? std::string(kSixTool) + kSixDevice : "\n[device]\nkind = \"woodenhaptics\"") + kRules +
+      (six ? kSixRules : "");
+  const std::string objects =
+      options_.bodies ? block_in_pocket()
+                      : box("block", {0.2, 0.2, 0.04}, {0, 0, (six ? -kHalfCube : 0) - 0.02});
+  const std::string turning =
+      "rotational_stiffness = \"" + number_text(kTurningStiffness) + " N·m/rad\"";
   std::string path = options_.folder + "/torture.toml";
-  std::ofstream out(path);
-  out << "[session]\nname = \"" << name_
-      << "\"\nrealtime = " << (options_.realtime ? "true" : "false");
-  if (options_.six) out << "\nrenderer = \"god-object6\"";
-  out << '\n';
-  if (options_.bodies) out << "[map]\ngrasp_button = 0\n";
-  write_tool(out);
-  out << "max_force = \"5 N\"\nmax_damping = \"" << r.max_damping
-      << " N·s/m\"\n[device.serial]\npath = \"" << options_.folder
-      << "/device\"\n[coupling]\nstiffness = \"" << r.stiffness << " N/m\"\n";
-  if (options_.six) out << "rotational_stiffness = \"" << kTurningStiffness << " N·m/rad\"\n";
-  out << "[safety]\narmed_at_start = true\nmax_force = \"" << r.max_force << " N\"\nsoft_start = \""
-      << r.soft_start << " s\"\nslew = \"" << r.slew << " N/s\"\n";
-  if (options_.six) {
-    out << "max_torque = \"" << kMaxTorque << " N·m\"\ntorque_slew = \"" << kTorqueSlew
-        << " N·m/s\"\n";
-  }
-  write_objects(out);
+  std::ofstream(path) << filled(text, {{"name", name_},
+                                       {"realtime", options_.realtime ? "true" : "false"},
+                                       {"cube", number_text(2 * kHalfCube)},
+                                       {"tilt", number_text(kTiltOfTool)},
+                                       {"turning_damping", number_text(kMaxTurningDamping)},
+                                       {"damping", number_text(r.max_damping)},
+                                       {"folder", options_.folder},
+                                       {"stiffness", number_text(r.stiffness)},
+                                       {"rotational_stiffness", six ? turning : ""},
+                                       {"force", number_text(r.max_force)},
+                                       {"soft_start", number_text(r.soft_start)},
+                                       {"slew", number_text(r.slew)},
+                                       {"torque", number_text(kMaxTorque)},
+                                       {"torque_slew", number_text(kTorqueSlew)}})
+                      << objects;
   return path;
 }
 

@@ -153,9 +153,6 @@ class TortureSession {
                                     int64_t patience_ns);
   void link_programs(const std::string& from) const;
   std::string write_config() const;
-  void write_tool(std::ostream& out) const;
-  void write_objects(std::ostream& out) const;
-  void write_bodies(std::ostream& out) const;
   void start_emulator();
   void start_hapticd();
   void end_part();

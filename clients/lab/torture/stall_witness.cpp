@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/torture/stall_witness.h"
 
-#include <algorithm>
-#include <iterator>
-
 #include "clients/lab/support/forked_process.h"
 #include "proto/os/priorities.h"
 #include "proto/os/realtime.h"
@@ -42,10 +39,7 @@ void StallWitness::run(size_t processor, bool realtime) {
 std::vector<Stall> StallWitness::stalls(int64_t since_ns) const {
   const std::lock_guard lock(mutex_);
   // several threads append in the order in which their stalls end
-  std::vector<Stall> since;
-  std::copy_if(stalls_.begin(), stalls_.end(), std::back_inserter(since),
-               [&](const Stall& s) { return s.end_ns > since_ns; });
-  return merge_stalls(since, {});
+  return stalls_since(stalls_, since_ns);
 }
 
 }  // namespace haptic

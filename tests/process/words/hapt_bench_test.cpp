@@ -164,16 +164,15 @@ TEST_CASE("hapt bench voxel: every row on tiny maps") {
   check_told(ran);
   for (const std::string order : {"24³, 500 points, ordered, ", "24³, 500 points, shuffled, "}) {
     check_rows(ran, {order + "points", order + "points not free", order + "scalar",
-                     order + "512-tree, scalar", order + "512-tree over map, scalar",
                      order + "scalar over its ceiling"});
     // SIMD is measured or listed as left out
     CHECK(has(ran.output, order + "lanes"));
   }
-  check_rows(ran,
-             {"24³, map", "24³, 512-tree", "24³, dense", "320 triangles", "1280 triangles",
-              "many over few triangles", "2 mm off, tested a tick, tree alone",
-              "5 mm off, fewer points by coherence", "peg in hole, points", "peg in hole, CPU p99",
-              "peg in hole, points touching max", "peg in hole, budget for 0.8 ms"});
+  check_rows(
+      ran, {"24³, map", "24³, dense", "320 triangles", "1280 triangles", "many over few triangles",
+            "2 mm off, tested a tick, tree alone", "5 mm off, fewer points by coherence",
+            "peg in hole, points", "peg in hole, CPU p99", "peg in hole, points touching max",
+            "peg in hole, budget for 0.8 ms"});
   // a peer is measured or listed as left out
   CHECK(has(ran.output, "FCL"));
   CHECK(figure(ran.output, "peg in hole, deep, points over the budget") == 0);

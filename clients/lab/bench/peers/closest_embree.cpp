@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/bench/peers/closest.h"
 
-#ifdef HAPTICD_EMBREE
-#include <embree3/rtcore.h>
-
 #include <cmath>
 #include <limits>
-#endif
+
+#include "clients/lab/bench/peers/embree_scene.h"
 
 namespace haptic {
 
@@ -62,33 +60,7 @@ bool visit(RTCPointQueryFunctionArguments* arguments) {
 
 class Scene {
  public:
-  explicit Scene(const TriangleMesh& mesh) : mesh_(mesh) {
-    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
-    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<float*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                3 * sizeof(float), mesh.vertices.size()));
-    for (const Vec3& v : mesh.vertices) {
-      for (int k = 0; k < 3; ++k) *vertices++ = static_cast<float>(v[k]);
-    }
-    auto* corners = static_cast<uint32_t*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                sizeof(Triangle), mesh.triangles.size()));
-    for (const Triangle& triangle : mesh.triangles) {
-      for (const uint32_t v : triangle) *corners++ = v;
-    }
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_);
-  }
-  ~Scene() {
-    rtcReleaseScene(scene_);
-    rtcReleaseDevice(device_);
-  }
-  Scene(const Scene&) = delete;
-  Scene& operator=(const Scene&) = delete;
+  explicit Scene(const TriangleMesh& mesh) : mesh_(mesh), scene_(mesh) {}
 
   Query ask(const Vec3& p_O, float radius) const {
     Query query;
@@ -100,7 +72,7 @@ class Scene {
     ball.radius = radius;
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
-    rtcPointQuery(scene_, &ball, &context, visit, &query);
+    rtcPointQuery(scene_.get(), &ball, &context, visit, &query);
     return query;
   }
 
@@ -108,8 +80,7 @@ class Scene {
 
  private:
   TriangleMesh mesh_;
-  RTCDevice device_ = rtcNewDevice("threads=1");
-  RTCScene scene_ = rtcNewScene(device_);
+  EmbreeScene scene_;
 };
 
 }  // namespace

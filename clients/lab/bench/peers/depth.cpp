@@ -4,6 +4,8 @@
 #include <cmath>
 #include <memory>
 
+#include "clients/lab/bench/peers/fcl_pose.h"
+
 #ifdef HAPTICD_BULLET
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
 #include <btBulletCollisionCommon.h>
@@ -89,13 +91,6 @@ std::shared_ptr<fcl::Convexd> fcl_hull(const Hull& hull) {
     }
   }
   return std::make_shared<fcl::Convexd>(vertices, static_cast<int>(hull.faces.size()), faces);
-}
-
-fcl::Transform3d fcl_pose(const Pose& X) {
-  fcl::Transform3d T = fcl::Transform3d::Identity();
-  T.linear() = fcl::Quaterniond(X.q.w, X.q.x, X.q.y, X.q.z).toRotationMatrix();
-  T.translation() = fcl::Vector3d(X.p.x, X.p.y, X.p.z);
-  return T;
 }
 
 double fcl_depth(const fcl::Convexd& a, const fcl::Convexd& b, const Pose& X_AB) {

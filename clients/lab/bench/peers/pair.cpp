@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/bench/peers/pair.h"
 
+#include "clients/lab/bench/peers/fcl_pose.h"
+
 #ifdef HAPTICD_FCL
 #include <fcl/fcl.h>
 #endif
@@ -24,13 +26,6 @@ std::unique_ptr<Tree> tree_of(const TriangleMesh& mesh) {
   return tree;
 }
 
-fcl::Transform3d transform(const Pose& X) {
-  fcl::Transform3d T = fcl::Transform3d::Identity();
-  T.linear() = fcl::Quaterniond(X.q.w, X.q.x, X.q.y, X.q.z).toRotationMatrix();
-  T.translation() = fcl::Vector3d(X.p.x, X.p.y, X.p.z);
-  return T;
-}
-
 class FclPeer : public PairPeer {
  public:
   FclPeer(const TriangleMesh& object, const TriangleMesh& tool)
@@ -38,13 +33,13 @@ class FclPeer : public PairPeer {
 
   bool collides(const Pose& X_OT) override {
     fcl::CollisionResultd result;
-    fcl::collide(tool_.get(), transform(X_OT), object_.get(), fcl::Transform3d::Identity(),
+    fcl::collide(tool_.get(), fcl_pose(X_OT), object_.get(), fcl::Transform3d::Identity(),
                  fcl::CollisionRequestd(), result);
     return result.isCollision();
   }
   double distance(const Pose& X_OT) override {
     fcl::DistanceResultd result;
-    fcl::distance(tool_.get(), transform(X_OT), object_.get(), fcl::Transform3d::Identity(),
+    fcl::distance(tool_.get(), fcl_pose(X_OT), object_.get(), fcl::Transform3d::Identity(),
                   fcl::DistanceRequestd(), result);
     return result.min_distance;
   }

@@ -9,9 +9,8 @@
 #include <algorithm>
 #include <limits>
 
-#ifdef HAPTICD_EMBREE
-#include <embree3/rtcore.h>
-#endif
+#include "clients/lab/bench/peers/embree_scene.h"
+
 #ifdef HAPTICD_BULLET
 #include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 #include <btBulletCollisionCommon.h>
@@ -23,32 +22,7 @@ namespace {
 #ifdef HAPTICD_EMBREE
 class EmbreePeer : public SegmentPeer {
  public:
-  explicit EmbreePeer(const TriangleMesh& mesh)
-      : device_(rtcNewDevice("threads=1")), scene_(rtcNewScene(device_)) {
-    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
-    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                               RTC_FORMAT_FLOAT3, 3 * sizeof(float),
-                                                               mesh.vertices.size()));
-    for (const Vec3& v : mesh.vertices) {
-      for (const double x : {v.x, v.y, v.z}) *points++ = static_cast<float>(x);
-    }
-    auto* corners = static_cast<unsigned*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                3 * sizeof(unsigned), mesh.triangles.size()));
-    for (const Triangle& t : mesh.triangles) corners = std::copy(t.begin(), t.end(), corners);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_);
-  }
-  ~EmbreePeer() override {
-    rtcReleaseScene(scene_);
-    rtcReleaseDevice(device_);
-  }
-  EmbreePeer(const EmbreePeer&) = delete;
-  EmbreePeer& operator=(const EmbreePeer&) = delete;
+  explicit EmbreePeer(const TriangleMesh& mesh) : scene_(mesh) {}
 
   double first_hit(const Vec3& from_O, const Vec3& to_O) override {
     const Vec3 d_O = to_O - from_O;
@@ -64,13 +38,12 @@ class EmbreePeer : public SegmentPeer {
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    rtcIntersect1(scene_, &context, &query);
+    rtcIntersect1(scene_.get(), &context, &query);
     return query.hit.geomID == RTC_INVALID_GEOMETRY_ID ? -1 : static_cast<double>(query.ray.tfar);
   }
 
  private:
-  RTCDevice device_;
-  RTCScene scene_;
+  EmbreeScene scene_;
 };
 #endif
 

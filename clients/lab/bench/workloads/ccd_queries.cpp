@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <random>
 #include <sstream>
 #include <stdexcept>
 
+#include "clients/lab/support/dice.h"
 #include "proto/os/regular_file.h"
 
 namespace haptic {
@@ -63,16 +63,9 @@ std::vector<CcdFile> read_ccd_queries(const std::string& folder) {
 }
 
 std::vector<CcdQuery> hand_scale_queries(size_t n) {
-  std::mt19937_64 engine(11);
-  const auto uniform = [&](double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(engine);
-  };
-  const auto direction = [&] {
-    for (;;) {
-      const Vec3 v{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
-      if (norm_squared(v) > 1e-4 && norm_squared(v) < 1) return normalized(v);
-    }
-  };
+  Dice dice(11);
+  const auto uniform = [&](double low, double high) { return dice.uniform(low, high); };
+  const auto direction = [&] { return direction_in_ball(dice); };
   std::vector<CcdQuery> queries(n);
   for (size_t k = 0; k < n; ++k) {
     CcdQuery& query = queries[k];

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <span>
 
+#include "clients/lab/support/dice.h"
 #include "contact/query/convex/expanding_polytope.h"
 
 namespace haptic {
@@ -15,31 +16,6 @@ namespace {
 constexpr Vec3 kHalfAxes{20e-3, 14e-3, 10e-3};  // [m]
 constexpr int kTries = 12;
 constexpr double kLeastDepth = 1e-5;  // [m]
-
-/// splitmix64 (Steele, Lea, Flood 2014), so that the workload is the same everywhere.
-class Random {
- public:
-  explicit Random(uint64_t seed) : state_(seed) {}
-
-  Vec3 direction() {
-    for (;;) {
-      const double x = uniform(), y = uniform(), z = uniform();
-      const Vec3 p{x, y, z};
-      if (norm_squared(p) > 1e-4 && norm_squared(p) <= 1) return normalized(p);
-    }
-  }
-
- private:
-  /// In [−1, 1).
-  double uniform() {
-    uint64_t z = (state_ += 0x9E3779B97F4A7C15);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EB;
-    return 2 * 0x1p-53 * static_cast<double>((z ^ (z >> 31)) >> 11) - 1;
-  }
-
-  uint64_t state_;
-};
 
 double farthest(std::span<const Vec3> points, const Vec3& way) {
   double reach = -std::numeric_limits<double>::infinity();
@@ -50,13 +26,13 @@ double farthest(std::span<const Vec3> points, const Vec3& way) {
 }  // namespace
 
 std::vector<Vec3> make_convex_points(uint32_t n, uint64_t seed) {
-  Random random(seed);
+  SplitMix random(seed);
   std::vector<Vec3> directions, points;
   while (directions.size() < n) {
     Vec3 best;
     double most = -1;
     for (int k = 0; k < kTries; ++k) {
-      const Vec3 direction = random.direction();
+      const Vec3 direction = direction_in_ball(random);
       double nearest = std::numeric_limits<double>::infinity();
       for (const Vec3& d : directions) nearest = std::min(nearest, norm(d - direction));
       if (nearest > most) most = nearest, best = direction;

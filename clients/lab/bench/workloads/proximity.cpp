@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <utility>
 
 #include "clients/lab/bench/workloads/workload.h"
+#include "clients/lab/support/closed_grid.h"
+#include "clients/lab/support/dice.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
@@ -26,19 +27,12 @@ Quat about_z(double angle) {
 
 /// Radii 30 and 8 mm with bumps of 0.4 mm.
 Soup bumpy_torus(uint32_t around, uint32_t across) {
-  Soup soup;
-  const auto at = [&](uint32_t i, uint32_t j) { return (i % around) * across + j % across; };
-  for (uint32_t i = 0; i < around; ++i) {
-    for (uint32_t j = 0; j < across; ++j) {
-      const double a = 2 * kPi * i / around, b = 2 * kPi * j / across;
-      const double tube = 8 + 0.4 * std::sin(9 * a) * std::cos(5 * b);
-      const double r = 30 + tube * std::cos(b);
-      soup.vertices.push_back(kMm * Vec3{r * std::cos(a), r * std::sin(a), tube * std::sin(b)});
-      soup.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      soup.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  }
-  return soup;
+  return make_closed_grid(around, across, [&](uint32_t i, uint32_t j) {
+    const double a = 2 * kPi * i / around, b = 2 * kPi * j / across;
+    const double tube = 8 + 0.4 * std::sin(9 * a) * std::cos(5 * b);
+    const double r = 30 + tube * std::cos(b);
+    return kMm * Vec3{r * std::cos(a), r * std::sin(a), tube * std::sin(b)};
+  });
 }
 
 /// Thread of 1.5 mm depth and 2.5 mm pitch on a core of this radius [mm].
@@ -125,24 +119,16 @@ ProximityWork bolt_through_nut(size_t poses) {
 }
 
 std::vector<RigidMotion> torus_motions(const ProximityWork& tori, size_t n) {
-  std::mt19937_64 random(5);
-  const auto uniform = [&](double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-  };
-  const auto direction = [&] {
-    Vec3 v;
-    do {
-      v = {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
-    } while (norm_squared(v) < 1e-4 || norm_squared(v) > 1);
-    return normalized(v);
-  };
+  Dice dice(5);
+  const auto uniform = [&](double low, double high) { return dice.uniform(low, high); };
   std::vector<RigidMotion> motions;
   while (motions.size() < n) {
     const Pose from = torus_pose(uniform(0, 2), 43.2);
     const double apart = mesh_distance(tori.object.view(), tori.tool.view(), from).at_least;
     if (apart < 0.05 * kMm || apart > 2 * kMm) continue;
-    const Quat turn = from_rotation_vector(uniform(0.1, 2) * kPi / 180 * direction());
-    const Vec3 way = kMm * (uniform(-0.3, 1.2) * Vec3{1, 0, 0} + uniform(0, 0.4) * direction());
+    const Quat turn = from_rotation_vector(uniform(0.1, 2) * kPi / 180 * direction_in_ball(dice));
+    const Vec3 way =
+        kMm * (uniform(-0.3, 1.2) * Vec3{1, 0, 0} + uniform(0, 0.4) * direction_in_ball(dice));
     motions.push_back(motion_between(from, {from.p + way, normalized(turn * from.q)}, {}));
   }
   return motions;

@@ -6,7 +6,6 @@
 #include <numeric>
 #include <random>
 
-#include "clients/report/median.h"
 #include "proto/os/progress.h"
 
 namespace haptic {
@@ -62,10 +61,18 @@ double median_ratio(const Contestant& a, const Contestant& b) {
   return median(ratios);
 }
 
-double percentile(std::vector<double> times, double q) {
-  const auto at = static_cast<std::ptrdiff_t>(static_cast<double>(times.size() - 1) * q / 100);
-  std::nth_element(times.begin(), times.begin() + at, times.end());
-  return times[static_cast<size_t>(at)];
+std::vector<double> fastest(const Contestant& contestant, size_t n) {
+  const std::vector<double>& times = contestant.times;
+  std::vector<double> best(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(n));
+  for (size_t k = n; k < times.size(); ++k) best[k % n] = std::min(best[k % n], times[k]);
+  return best;
+}
+
+void add_times(Rows& rows, const std::string& name, const std::vector<double>& times,
+               std::optional<double> goal_p99) {
+  rows.add({{name + " p50", percentile(times, 50), "s"},
+            {name + " p99", percentile(times, 99), "s", at_most(goal_p99)},
+            {name + " max", percentile(times, 100), "s"}});
 }
 
 }  // namespace haptic

@@ -3,10 +3,17 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "clients/report/median.h"
+#include "clients/report/report.h"
+
 namespace haptic {
+
+/// Note of a peer that this build lacks.
+inline constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
 
 /// One of several contestants that answer the same queries.
 struct Contestant {
@@ -24,7 +31,11 @@ void take_turns(std::vector<Contestant>& contestants, size_t n, size_t chunk, in
 /// Median over the chunks of a's time divided by b's.
 double median_ratio(const Contestant& a, const Contestant& b);
 
-/// The q-th percentile of single queries, q in [0, 100].
-double percentile(std::vector<double> times, double q);
+/// The fastest round of each of n queries: the rest is due to the machine.
+std::vector<double> fastest(const Contestant& contestant, size_t n);
+
+/// Rows "<name> p50", p99, which may have a goal, and max.
+void add_times(Rows& rows, const std::string& name, const std::vector<double>& times,
+               std::optional<double> goal_p99 = {});
 
 }  // namespace haptic

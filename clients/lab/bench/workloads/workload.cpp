@@ -6,35 +6,13 @@
 #include <cmath>
 #include <optional>
 
+#include "clients/lab/support/dice.h"
+#include "clients/lab/support/scan.h"
 #include "contact/query/point/segment_hit.h"
 #include "proto/math/units.h"
 
 namespace haptic {
 namespace {
-
-/// splitmix64: the same numbers on every platform.
-class SplitMix {
- public:
-  explicit SplitMix(uint64_t seed) : state_(seed) {}
-  uint64_t next() {
-    uint64_t z = (state_ += 0x9E3779B97F4A7C15);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EB;
-    return z ^ (z >> 31);
-  }
-  double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
-  double uniform(double a, double b) { return a + (b - a) * uniform(); }
-  Vec3 direction() {
-    while (true) {
-      const double x = uniform(-1, 1), y = uniform(-1, 1), z = uniform(-1, 1);
-      const Vec3 d{x, y, z};
-      if (norm_squared(d) > 1e-4 && norm_squared(d) <= 1) return normalized(d);
-    }
-  }
-
- private:
-  uint64_t state_;
-};
 
 double lattice_value(int64_t x, int64_t y, int64_t z) {
   SplitMix random(static_cast<uint64_t>(x) * 0x9E3779B1 ^
@@ -190,13 +168,20 @@ std::vector<Vec3> far_points(const MeshShape& shape, SurfaceKind kind, size_t n)
   SplitMix random(7);
   std::vector<Vec3> points;
   for (size_t i = 0; points.size() < n && i < 10 * n; ++i) {
-    const std::optional<SurfacePoint> base = kind == SurfaceKind::kSphere
-                                                 ? look_towards_origin(shape, random.direction())
-                                                 : base_point(shape, kind, random.uniform(0, 1000));
+    const std::optional<SurfacePoint> base =
+        kind == SurfaceKind::kSphere ? look_towards_origin(shape, direction_in_ball(random))
+                                     : base_point(shape, kind, random.uniform(0, 1000));
     const double height = random.uniform(0, 20);
     if (base) points.push_back(rounded_to_float(base->p_O + kMm * height * base->normal_O));
   }
   return points;
+}
+
+WorkloadMesh read_scanned(const std::string& name, const std::string& file) {
+  const BakedShape baked = bake_scan(file, 0.1);
+  const TriangleMesh& mesh = baked.shape.mesh;
+  return make_scanned(name, {{mesh.vertices.begin(), mesh.vertices.end()},
+                             {mesh.triangles.begin(), mesh.triangles.end()}});
 }
 
 }  // namespace haptic

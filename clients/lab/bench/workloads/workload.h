@@ -34,6 +34,9 @@ WorkloadMesh make_bump_sphere(uint32_t frequency);
 /// Height field of 2 n² triangles over 100 mm × 100 mm, 6 mm of value noise in eight octaves.
 WorkloadMesh make_nano_surface(uint32_t n);
 
+/// A scan, as make_scanned makes it. Throws MeshError.
+WorkloadMesh read_scanned(const std::string& name, const std::string& file);
+
 /// Any mesh, centred and scaled to 100 mm; paths run around it.
 WorkloadMesh make_scanned(const std::string& name, Soup soup);
 

@@ -7,8 +7,14 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <sstream>
 #include <utility>
 
+#include "clients/hapt/check_outputs.h"
+#include "clients/hapt/options.h"
+#include "clients/lab/support/columns.h"
+#include "clients/lab/support/measurement.h"
+#include "clients/lab/support/offline_session.h"
 #include "clients/log/log_columns.h"
 #include "clients/log/log_eyes.h"
 #include "clients/log/trace_writer.h"
@@ -235,8 +241,24 @@ void write_eyes(TraceWriter& trace, const SessionConfig& config, const BakedSess
   for (uint32_t i = 0; i < config.n_objects; ++i) add(i);
 }
 
-std::string cell(double value, const std::string& unit) {
-  return readable(value, unit);
+/// What is measured of a column.
+struct Measure {
+  const char *metric, *head, *unit;
+  double CompareFigures::*value;
+};
+constexpr std::array kMeasures{
+    Measure{"force in free space, max", "free, max", "N", &CompareFigures::free_force},
+    Measure{"depth of the proxy, max", "depth, max", "m", &CompareFigures::depth_max},
+    Measure{"depth of the proxy, mean", "depth, mean", "m", &CompareFigures::depth_mean},
+    Measure{"largest force step", "step", "N/ms", &CompareFigures::force_step},
+    Measure{"energy given to the hand", "given back", "J", &CompareFigures::returned},
+    Measure{"force in contact, mean", "|F| mean", "N", &CompareFigures::contact_force}};
+
+std::vector<std::string> words_of(const std::string& list) {
+  std::vector<std::string> words;
+  std::istringstream in(list);
+  for (std::string word; std::getline(in, word, ',');) words.push_back(word);
+  return words;
 }
 
 }  // namespace
@@ -249,7 +271,7 @@ SessionConfig config_of_column(const SessionConfig& config, const std::string& c
     const auto is_it = [&](const auto& row) { return word == row.first; };
     const auto solver = std::ranges::find_if(kSolvers, is_it);
     if (solver == kSolvers.end()) {
-      throw UsageError("--compare: no solver '" + shown(word) +
+      throw UsageError("compare: no solver '" + shown(word) +
                        "'; known: direct, penalty-dynamics, quasi-static");
     }
     out.proxy.solver = solver->second;
@@ -259,7 +281,7 @@ SessionConfig config_of_column(const SessionConfig& config, const std::string& c
   if (column.starts_with("voxel")) out.voxel.is_wanted = 1;
   use_renderer(out, column.substr(0, slash));
   if (slash != std::string::npos && !is_soft(out.renderer)) {
-    throw UsageError("--compare: '" + shown(column) +
+    throw UsageError("compare: '" + shown(column) +
                      "': only voxel, direct6, localized and "
                      "sensation have solvers");
   }
@@ -297,9 +319,8 @@ std::vector<CompareFigures> compare_renderers(const CompareEval& eval) {
     columns.push_back(
         std::make_unique<Column>(configs[i], eval.columns[i], baked, shapes, eval.lockstep, layer));
   }
-  const bool replay = row_of(eval.config.device.kind).is_recorded;
-  const auto ticks = static_cast<uint64_t>(eval.seconds * eval.config.servo_rate);
-  for (uint64_t k = 0; replay || k < ticks; ++k) {
+  const uint64_t ticks = ticks_of(eval.config, eval.seconds);
+  for (uint64_t k = 0; k < ticks; ++k) {
     size_t running = 0;
     for (size_t i = 0; i < columns.size(); ++i) {
       if (!columns[i]->step()) continue;
@@ -319,18 +340,11 @@ std::vector<Row> rows_of(const std::vector<CompareFigures>& figures, const Compa
   for (const CompareFigures& f : figures) {
     Rows rows(f.name);
     rows.note("way", way_of_column(config_of_column(eval.config, f.name)));
-    rows.add("massless", f.is_massless ? 1 : 0);
-    rows.add("ticks in free space", f.free_ticks);
-    if (f.is_massless) {
-      rows.none("force in free space, max", f.free_force, "N");
-    } else {
-      rows.add("force in free space, max", f.free_force, "N");
+    rows.add({{"massless", f.is_massless ? 1 : 0}, {"ticks in free space", f.free_ticks}});
+    for (const Measure& m : kMeasures) {
+      const bool is_judged = m.value == &CompareFigures::free_force && f.is_massless;
+      rows.add({{m.metric, f.*m.value, m.unit, is_judged ? kMustBeZero : Goal{}}});
     }
-    rows.add("depth of the proxy, max", f.depth_max, "m");
-    rows.add("depth of the proxy, mean", f.depth_mean, "m");
-    rows.add("largest force step", f.force_step, "N/ms");
-    rows.add("energy given to the hand", f.returned, "J");
-    rows.add("force in contact, mean", f.contact_force, "N");
     rows.add("share of ticks in contact", 100 * f.share, "%");
     out.insert(out.end(), rows.rows().begin(), rows.rows().end());
   }
@@ -339,27 +353,15 @@ std::vector<Row> rows_of(const std::vector<CompareFigures>& figures, const Compa
 
 void print_comparison(std::ostream& out, const std::vector<CompareFigures>& figures,
                       const CompareEval& eval) {
-  const auto put = [&](const std::string& text, size_t width) {
-    const size_t n = count_characters(text);
-    out << text << std::string(n < width ? width - n : 1, ' ');
-  };
   constexpr size_t kName = 26, kWay = 30, kCell = 14;
-  put("", kName), put("way", kWay);
-  for (const char* head : {"free, max", "depth, max", "depth, mean", "step per ms", "given back",
-                           "|F| mean", "massless"}) {
-    put(head, kCell);
-  }
-  out << '\n';
+  out << padded("", kName) << padded("way", kWay);
+  for (const Measure& m : kMeasures) out << padded(m.head, kCell);
+  out << "massless\n";
   for (const CompareFigures& f : figures) {
-    put(f.name, kName);
-    put(way_of_column(config_of_column(eval.config, f.name)), kWay);
-    for (const std::string& text :
-         {cell(f.free_force, "N"), cell(f.depth_max, "m"), cell(f.depth_mean, "m"),
-          cell(f.force_step, "N"), cell(f.returned, "J"), cell(f.contact_force, "N"),
-          std::string(f.is_massless ? "yes" : "no")}) {
-      put(text, kCell);
-    }
-    out << '\n';
+    out << padded(f.name, kName)
+        << padded(way_of_column(config_of_column(eval.config, f.name)), kWay);
+    for (const Measure& m : kMeasures) out << padded(readable(f.*m.value, m.unit), kCell);
+    out << (f.is_massless ? "yes\n" : "no\n");
   }
   out << "\nThe ways of rendering (after Otaduy & Lin):\n"
          "                     penalty                            constraint\n"
@@ -368,6 +370,36 @@ void print_comparison(std::ostream& out, const std::vector<CompareFigures>& figu
          "  virtual coupling   voxel/quasi-static (no mass),      god-object6 (no mass),\n"
          "                     voxel/penalty-dynamics (mass):     constrained6 (mass): it never\n"
          "                     the proxy is F/k deep              enters an object\n";
+}
+
+Measured suite_compare(Command& command) {
+  struct Options {
+    OfflineSession session;
+    std::string columns, output;
+    bool overwrite = false;
+  };
+  const auto options = std::make_shared<Options>();
+  command
+      .option("COLUMNS", options->columns,
+              "renderers divided by commas, with a solver where they have some, as "
+              "god-object6,voxel/quasi-static")
+      .required();
+  add_offline_session(command, options->session);
+  command.option("-o,--output FILE.mcap", options->output,
+                 "a recording with the topics of each renderer; no clock is in it, the same "
+                 "comparison is the same file");
+  add_overwrite(command, options->overwrite);
+  return [options] {
+    const OfflineSession& session = options->session;
+    const std::string file = session.file();
+    const CompareEval eval{words_of(options->columns), session.load(),
+                           read_config_text(file),     options->output,
+                           session.lockstep,           session.seconds};
+    check_outputs({eval.output}, {session.trace, file}, options->overwrite);
+    const std::vector<CompareFigures> figures = compare_renderers(eval);
+    return Report(rows_of(figures, eval),
+                  [figures, eval](std::ostream& out) { print_comparison(out, figures, eval); });
+  };
 }
 
 }  // namespace haptic

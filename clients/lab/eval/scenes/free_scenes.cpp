@@ -22,6 +22,13 @@ struct FreeStorage {
 
 }  // namespace
 
+SessionConfig JudgedRenderer::in(SessionConfig config) const {
+  config.renderer = renderer;
+  config.proxy.solver = solver;
+  config.voxel.field = reads_field ? 1 : 0;
+  return config;
+}
+
 SessionConfig scene_session(uint32_t n_objects) {
   SessionConfig config = plain_session(800);
   config.n_objects = n_objects;

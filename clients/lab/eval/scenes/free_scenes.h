@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,19 @@ void bake_scene(FreeScene& scene);
 
 /// Pose of an object at time t [s], by the formula of its motion.
 Pose scripted_pose(const ObjectConfig& object, double t);
+
+/// A renderer under test; `solver` is set if it has several proxy solvers.
+struct JudgedRenderer {
+  std::string name;
+  Renderer renderer{};
+  std::optional<SoftSolver> solver = {};
+  bool reads_field = true;  // voxel: distance field, else tangent planes
+  bool is_smooth = false;   // held to the goal of its force above 50 Hz
+  bool has_mass = false;    // felt without contacts, too
+
+  /// A session of it.
+  SessionConfig in(SessionConfig config) const;
+};
 
 /// A hand that follows a formula: pose of the tool at time t [s].
 struct FreeHand {

@@ -21,9 +21,9 @@ namespace {
 constexpr double kSampled = 1e-3;  // sampling interval of the free way [s]
 constexpr int kMostDraws = 50;     // before the generator counts as broken
 
-class Dice {
+class SceneDice {
  public:
-  explicit Dice(uint64_t seed) : bits_(seed) {}
+  explicit SceneDice(uint64_t seed) : bits_(seed) {}
   /// Unlike std::uniform_real_distribution, it gives equal numbers with every standard library.
   double uniform(double low, double high) {
     return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
@@ -46,7 +46,7 @@ struct Tool {
   double inner_radius = 0;
 };
 
-Tool draw_tool(Dice& dice) {
+Tool draw_tool(SceneDice& dice) {
   const Vec3 extent{kMm * dice.uniform(16, 32), kMm * dice.uniform(16, 32),
                     kMm * dice.uniform(14, 32)};
   switch (dice.below(3)) {
@@ -65,7 +65,7 @@ Tool draw_tool(Dice& dice) {
 }
 
 /// A plate from z = −thickness up to 0: flat, or bumpy with peaks at z = 0.
-Soup draw_plate(Dice& dice, double half, double thickness) {
+Soup draw_plate(SceneDice& dice, double half, double thickness) {
   if (dice.below(2) == 0) {
     Soup flat = make_box({2 * half, 2 * half, thickness});
     for (Vec3& v : flat.vertices) v.z -= thickness / 2;
@@ -138,7 +138,7 @@ Heights heights_of(const Soup& soup, const Quat& q) {
 
 /// Two plates that face each other: jaws, a pusher and a wall, or a slot. The free way turns the
 /// tool level at once and keeps it in the middle.
-Draft draw_plates(Dice& dice, uint32_t kind) {
+Draft draw_plates(SceneDice& dice, uint32_t kind) {
   Draft draft;
   draft.tool = draw_tool(dice);
   MovingScene& scene = draft.scene;
@@ -183,7 +183,7 @@ Draft draw_plates(Dice& dice, uint32_t kind) {
 }
 
 /// A plate that turns about the axis of a drum and carries the tool along.
-Draft draw_paddle(Dice& dice) {
+Draft draw_paddle(SceneDice& dice) {
   Draft draft;
   draft.tool = draw_tool(dice);
   MovingScene& scene = draft.scene;
@@ -216,7 +216,7 @@ Draft draw_paddle(Dice& dice) {
 }
 
 /// A block with a bore that moves sideways, and a piston in the bore that moves along it.
-Draft draw_bore(Dice& dice) {
+Draft draw_bore(SceneDice& dice) {
   Draft draft;
   draft.tool = draw_tool(dice);
   MovingScene& scene = draft.scene;
@@ -250,7 +250,7 @@ Draft draw_bore(Dice& dice) {
 }
 
 /// A motion that leaves home.
-std::function<Pose(double)> draw_hand(Dice& dice, const Pose& home, double seconds) {
+std::function<Pose(double)> draw_hand(SceneDice& dice, const Pose& home, double seconds) {
   const double leave = dice.uniform(0.1, 0.6) * seconds;
   const Vec3 to = kMm * dice.uniform(10, 60) * dice.direction();
   const Vec3 turn = dice.uniform(0.2, 1.5) * dice.direction();
@@ -278,7 +278,7 @@ Soup scaled(Soup soup, double by) {
 }
 
 /// Builds the shapes and places the scene at a random pose in W.
-MovingScene finish(Draft draft, uint64_t seed, Dice& dice) {
+MovingScene finish(Draft draft, uint64_t seed, SceneDice& dice) {
   MovingScene scene = std::move(draft.scene);
   scene.seed = seed;
   const Pose X_WS{0.05 * dice.direction(),
@@ -344,7 +344,7 @@ bool has_free_way(const MovingScene& scene) {
 }
 
 MovingScene make_moving_scene(uint64_t seed) {
-  Dice dice(seed);
+  SceneDice dice(seed);
   const uint32_t kind = dice.below(5);
   for (int draw = 0; draw < kMostDraws; ++draw) {
     Draft draft = kind < 3    ? draw_plates(dice, kind)

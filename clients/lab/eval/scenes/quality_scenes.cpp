@@ -108,11 +108,11 @@ void judge_cone(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, 
     tangential = std::max(tangential, std::hypot(F.f.x, F.f.y) / std::max(F.f.z, 1e-12));
   }
   const Spread spread = spread_of(felt);
-  rows.add("force, mean", spread.mean, "N");
-  rows.at_most("force, std/mean", spread.deviation / spread.mean, "", goals.cone_spread);
-  rows.at_most("direction off the normal, max", direction, "deg", goals.cone_direction);
-  rows.at_most("tangential/normal force, max", tangential, "", goals.cone_tangential);
-  rows.add("noise", noise_of(felt));
+  rows.add({{"force, mean", spread.mean, "N"},
+            {"force, std/mean", spread.deviation / spread.mean, "", at_most(goals.cone_spread)},
+            {"direction off the normal, max", direction, "deg", at_most(goals.cone_direction)},
+            {"tangential/normal force, max", tangential, "", at_most(goals.cone_tangential)},
+            {"noise", noise_of(felt)}});
 }
 
 void judge_sphere(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, Rows& rows) {
@@ -129,13 +129,14 @@ void judge_sphere(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals
     torque = std::max(torque, norm(F.t) / (std::max(norm(F.f), 1e-12) * kSphereRadius));
   }
   const Spread spread = spread_of(felt);
-  rows.add("force, mean", spread.mean, "N");
-  rows.at_most("force, peak to peak/mean", spread.peak_to_peak / spread.mean, "",
-               goals.sphere_spread);
-  rows.at_most("direction off the radius, rms", std::sqrt(squares / static_cast<double>(n)), "deg",
-               goals.sphere_direction);
-  rows.at_most("torque about the centre/(force · radius), max", torque, "", goals.sphere_torque);
-  rows.add("noise", noise_of(felt));
+  rows.add(
+      {{"force, mean", spread.mean, "N"},
+       {"force, peak to peak/mean", spread.peak_to_peak / spread.mean, "",
+        at_most(goals.sphere_spread)},
+       {"direction off the radius, rms", std::sqrt(squares / static_cast<double>(n)), "deg",
+        at_most(goals.sphere_direction)},
+       {"torque about the centre/(force · radius), max", torque, "", at_most(goals.sphere_torque)},
+       {"noise", noise_of(felt)}});
 }
 
 /// The wrench in the frame that has turned with the cube about the vertical.
@@ -163,13 +164,14 @@ void judge_cube(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, 
     most = std::max({most, norm(left), norm(right)});
   }
   const Spread spread = spread_of(flat);
-  rows.add("force, mean", spread.mean, "N");
-  rows.add("force, std/mean", spread.deviation / spread.mean);
-  rows.at_most("flat: torque about x, y/(force · half edge), max", lean, "", goals.cube_torque);
-  rows.add("tilted: torque, max", most, "N·m");
-  rows.at_most("tilted: mirrored torques differ by, of the largest",
-               most > 0 ? difference / most : 1, "", goals.cube_mirror);
-  rows.add("noise", noise_of(flat));
+  rows.add(
+      {{"force, mean", spread.mean, "N"},
+       {"force, std/mean", spread.deviation / spread.mean},
+       {"flat: torque about x, y/(force · half edge), max", lean, "", at_most(goals.cube_torque)},
+       {"tilted: torque, max", most, "N·m"},
+       {"tilted: mirrored torques differ by, of the largest", most > 0 ? difference / most : 1, "",
+        at_most(goals.cube_mirror)},
+       {"noise", noise_of(flat)}});
 }
 
 void judge_offset_peg(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, Rows& rows) {
@@ -186,10 +188,10 @@ void judge_offset_peg(const WrenchAt& wrench_at, size_t n, const QualityGoals& g
     off = std::max(off, angle_off(F.f));
   }
   const Line line = fit_line(beyond, force);
-  rows.add("aside: stiffness", line.slope, "N/m");
-  rows.at_least("aside: R² of force over e − c", line.fit, "", goals.peg_fit);
-  rows.add("aside: direction off the wall's normal, max", off, "deg");
-  rows.add("aside: noise", noise_of(felt));
+  rows.add({{"aside: stiffness", line.slope, "N/m"},
+            {"aside: R² of force over e − c", line.fit, "", at_least(goals.peg_fit)},
+            {"aside: direction off the wall's normal, max", off, "deg"},
+            {"aside: noise", noise_of(felt)}});
 }
 
 void judge_tilted_peg(const WrenchAt& wrench_at, size_t n, Rows& rows) {
@@ -208,11 +210,11 @@ void judge_tilted_peg(const WrenchAt& wrench_at, size_t n, Rows& rows) {
     net = std::max(net, norm(F.f) * kPegHalf / std::max(norm(F.t), 1e-12));
   }
   const Line line = fit_line(beyond, couple);
-  rows.at_most("tilted: places where the couple does not turn back", static_cast<double>(wrong), "",
-               0);
-  rows.add("tilted: couple over what the ends overlap", line.slope, "N");
-  rows.add("tilted: R² of it", line.fit);
-  rows.add("tilted: net force · half length/couple, max", net);
+  rows.add({{"tilted: places where the couple does not turn back", static_cast<double>(wrong), "",
+             at_most(0)},
+            {"tilted: couple over what the ends overlap", line.slope, "N"},
+            {"tilted: R² of it", line.fit},
+            {"tilted: net force · half length/couple, max", net}});
 }
 
 void judge_peg(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, Rows& rows) {

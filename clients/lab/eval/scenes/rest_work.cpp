@@ -4,30 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <random>
 #include <vector>
 
 #include "clients/lab/eval/scenes/scan_work.h"
+#include "clients/lab/support/dice.h"
 #include "proto/math/units.h"
 
 namespace haptic {
 namespace {
-
-/// Random numbers that are equal on each run.
-class RestDice {
- public:
-  explicit RestDice(uint64_t seed) : engine_(seed) {}
-  double between(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(engine_);
-  }
-  Vec3 direction() {
-    std::normal_distribution<double> normal;
-    return normalized(Vec3{normal(engine_), normal(engine_), normal(engine_)});
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 /// The path of a hand from place to place, one position per tick.
 class Way {
@@ -61,7 +45,7 @@ class Way {
 };
 
 /// Approaches the sphere of `radius` from outside and then wanders on it at `speed`.
-void follow_surface(Way& way, RestDice& dice, double radius, double speed) {
+void follow_surface(Way& way, Dice& dice, double radius, double speed) {
   Vec3 u = normalized(way.positions().back());
   way.reach(radius * u, 0.1);
   while (!way.ends()) {
@@ -70,7 +54,7 @@ void follow_surface(Way& way, RestDice& dice, double radius, double speed) {
   }
 }
 
-std::vector<Vec3> tremble(std::vector<Vec3> positions, RestDice& dice) {
+std::vector<Vec3> tremble(std::vector<Vec3> positions, Dice& dice) {
   constexpr double kAmplitude = 1e-3, kRate = 2 * std::numbers::pi * 10;  // [m], [rad/s]
   const Vec3 a = dice.direction(), b = dice.direction();
   for (size_t k = 0; k < positions.size(); ++k) {
@@ -88,21 +72,21 @@ std::string name_of(RestHand hand) {
 }
 
 Soup make_spiky_sphere(uint32_t f, double roughness, uint64_t seed) {
-  RestDice dice(seed);
+  Dice dice(seed);
   Soup soup = make_geodesic(f);
-  for (Vec3& v : soup.vertices) v = kRestRadius * dice.between(1 - roughness, 1 + roughness) * v;
+  for (Vec3& v : soup.vertices) v = kRestRadius * dice.uniform(1 - roughness, 1 + roughness) * v;
   return soup;
 }
 
 ToolPath rest_path(RestHand hand, double surface, uint64_t ticks, uint64_t seed) {
-  RestDice dice(seed);
+  Dice dice(seed);
   Way way(2 * surface * dice.direction(), ticks);
-  const auto inside = [&] { return dice.between(0.3, 1.0) * surface * dice.direction(); };
+  const auto inside = [&] { return dice.uniform(0.3, 1.0) * surface * dice.direction(); };
   if (hand == RestHand::kCreep) follow_surface(way, dice, surface - 2e-3, 5e-3);
   if (hand == RestHand::kTremor) follow_surface(way, dice, surface - 5e-3, 0.02);
   while (!way.ends() && hand == RestHand::kReach) {
     way.reach(inside(), 0.25);
-    way.reach(dice.between(0.6, 1.6) * surface * dice.direction(), 0.25);
+    way.reach(dice.uniform(0.6, 1.6) * surface * dice.direction(), 0.25);
   }
   while (!way.ends() && hand == RestHand::kSlap) {
     way.run(inside(), 1.5);

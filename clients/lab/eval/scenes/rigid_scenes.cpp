@@ -5,25 +5,13 @@
 #include <utility>
 
 #include "clients/lab/eval/scenes/scan_work.h"
-#include "contact/query/proximity/triangle_pairs.h"
 #include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
-#include "proto/os/environment.h"
-#include "proto/os/source_tree.h"
 
 namespace haptic {
 namespace {
 
-/// Height above the object from which the tool is free of it.
-double lowest_free(const MeshShape& object, const MeshShape& tool) {
-  double low = 0, high = object.mesh.upper.y - tool.mesh.lower.y;
-  for (int i = 0; i < 24; ++i) {
-    const double middle = 0.5 * (low + high);
-    const bool meets = triangle_pairs(object, tool, {{0, middle, 0}, {}}, {}) > 0;
-    (meets ? low : high) = middle;
-  }
-  return high;
-}
+constexpr PartGrid kGrid{96, 16};
 
 }  // namespace
 
@@ -64,14 +52,10 @@ std::optional<RigidScene> bunny_on_bunny(const std::string& meshes) {
   scene.name = "bunny on bunny";
   scene.object = scene.tool = bunny->shape;
   scene.storage = bunny;
-  scene.home.p.y = lowest_free(scene.object, scene.tool) + 0.1 * kMm;
+  const double high = scene.object.mesh.upper.y - scene.tool.mesh.lower.y;
+  scene.home.p.y = lowest_free(scene.object, scene.tool, 0, high) + 0.1 * kMm;
   scene.shaking = {kMm * Vec3{20, 5, 20}, {0.3, 0.3, 0.3}, kMm * Vec3{0, -4, 0}};
   return scene;
-}
-
-std::string meshes_folder() {
-  const std::string own = environment("HAPTICD_MESHES");
-  return own.empty() ? (source_tree() / "build" / "meshes").string() : own;
 }
 
 }  // namespace haptic

@@ -31,7 +31,4 @@ RigidScene peg_in_hole(double clearance);
 /// Two scans of 75,408 triangles, 0.1 m large; empty if the folder has none. Throws MeshError.
 std::optional<RigidScene> bunny_on_bunny(const std::string& meshes);
 
-/// Default folder of scans: $HAPTICD_MESHES, else build/meshes in the source tree.
-std::string meshes_folder();
-
 }  // namespace haptic

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "contact/query/point/segment_hit.h"
-#include "proto/config/config.h"
 #include "proto/math/units.h"
 
 namespace haptic {
@@ -16,12 +15,11 @@ constexpr double kWayPerTick = 0.13e-3;  // top speed of the slides, 0.13 m/s [m
 
 }  // namespace
 
-BakedShape bake_scan(const std::string& file, double size) {
-  ObjectConfig object;
-  assign(object.mesh, file);
-  object.size = size;
-  object.allow_open = 1;
-  return bake_object(object, SessionConfig{}.mesh_memory_limit);
+void add_scan_size(Command& command, double& size) {
+  command
+      .quantity("--size", size, Dimension::kLength, {1e-3, 10},
+                "longest side of a mesh file; a number without unit is in metres", "m")
+      .show_default();
 }
 
 ToolPath path_through(std::vector<Vec3> positions) {

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "clients/lab/eval/scenes/workload.h"
-#include "contact/bake/bake.h"
+#include "clients/lab/support/scan.h"
+#include "proto/config/command_line.h"
 
 namespace haptic {
 
-/// A scan from a file, scaled so that its longest side is `size` [m]; open ones are one-sided
-/// surfaces. Throws MeshError.
-BakedShape bake_scan(const std::string& file, double size);
+/// Option --size: the longest side of a mesh file.
+void add_scan_size(Command& command, double& size);
 
 /// A path through positions at 1 kHz, linear in between; it owns them.
 ToolPath path_through(std::vector<Vec3> positions);

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "clients/lab/support/lockstep.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "clients/report/spectrum.h"
 #include "proto/math/units.h"
@@ -41,15 +42,15 @@ double pressed(double t) {
 
 }  // namespace
 
-const std::vector<SlowRenderer>& slow_renderers() {
-  static const std::vector<SlowRenderer> kAll{
-      {"voxel", Renderer::kVoxel, SoftSolver::kQuasiStatic, true, false},
-      {"voxel, penalty dynamics", Renderer::kVoxel, SoftSolver::kPenaltyDynamics, true, true},
-      {"direct6", Renderer::kDirect6, SoftSolver::kDirect, false, false},
-      {"localized", Renderer::kLocalized, SoftSolver::kDirect, false, false},
-      {"sensation", Renderer::kSensation, SoftSolver::kPenaltyDynamics, true, true},
-      {"god-object6", Renderer::kGodObject6, std::nullopt, true, false},
-      {"constrained6", Renderer::kConstrained6, std::nullopt, false, true}};
+const std::vector<JudgedRenderer>& slow_renderers() {
+  static const std::vector<JudgedRenderer> kAll{
+      {"voxel", Renderer::kVoxel, SoftSolver::kQuasiStatic, true, true, false},
+      {"voxel, penalty dynamics", Renderer::kVoxel, SoftSolver::kPenaltyDynamics, true, true, true},
+      {"direct6", Renderer::kDirect6, SoftSolver::kDirect, true, false, false},
+      {"localized", Renderer::kLocalized, SoftSolver::kDirect, true, false, false},
+      {"sensation", Renderer::kSensation, SoftSolver::kPenaltyDynamics, true, true, true},
+      {"god-object6", Renderer::kGodObject6, std::nullopt, true, true, false},
+      {"constrained6", Renderer::kConstrained6, std::nullopt, true, false, true}};
   return kAll;
 }
 
@@ -98,16 +99,13 @@ SlowScene off_an_edge(bool with_box) {
   return slow;
 }
 
-SlowRun run_slowly(const SlowScene& scene, const SlowRenderer& renderer, uint32_t period,
+SlowRun run_slowly(const SlowScene& scene, const JudgedRenderer& renderer, uint32_t period,
                    uint32_t late) {
-  SessionConfig config = scene.scene.config;
-  config.renderer = renderer.renderer;
-  config.proxy.solver = renderer.solver;
   // the phase of contact against the hand
   const double ahead = kTick * late;
   ScriptedHand hand([&](double t) { return scene.hand.path(std::max(t - ahead, 0.0)); },
                     kTorqueLimit);
-  Lockstep session(config, scene.scene.shapes, hand, {period, 1});
+  Lockstep session(renderer.in(scene.scene.config), scene.scene.shapes, hand, {period, 1});
   SlowRun run;
   for (uint64_t k = 0; k < scene.ticks + late && session.step(); ++k) {
     if (k < late) continue;
@@ -148,14 +146,14 @@ std::vector<Row> eval_slow_contact(const SlowEval& eval) {
   Rows rows = machine_rows("slow-contact");
   Progress progress("eval slow-contact", 3 * static_cast<double>(slow_renderers().size()));
   const SlowScene ball = ball_over_ball(eval.fineness);
-  for (const SlowRenderer& renderer : slow_renderers()) {
+  for (const JudgedRenderer& renderer : slow_renderers()) {
     Rows of_this(renderer.name + ", over a ball");
     const SlowRun fresh = run_slowly(ball, renderer, 1);
     for (const uint32_t period : {1u, 5u, 10u, 20u}) {
       const Slowness found = compare_runs(ball, fresh, run_slowly(ball, renderer, period));
       const std::string at = " at " + std::to_string(1000 / period) + " Hz";
-      of_this.add("force, mean" + at, found.mean, "N");
-      of_this.add("error, root mean square" + at, found.error, "N");
+      of_this.add({{"force, mean" + at, found.mean, "N"},
+                   {"error, root mean square" + at, found.error, "N"}});
       const bool is_goal = renderer.is_smooth && period == 20;
       of_this.at_most("force above 50 Hz, root mean square" + at, found.rough, "N",
                       goal_if(is_goal, kMostRough));
@@ -165,21 +163,25 @@ std::vector<Row> eval_slow_contact(const SlowEval& eval) {
   }
   for (const bool with_box : {false, true}) {
     const SlowScene edge = off_an_edge(with_box);
-    for (const SlowRenderer& renderer : slow_renderers()) {
+    for (const JudgedRenderer& renderer : slow_renderers()) {
       Rows of_this(renderer.name + ", " + edge.scene.name);
       const SlowRun fresh = run_slowly(edge, renderer, 1);
       uint64_t ghosts = 0;
       for (uint32_t late = 0; late < eval.phases; ++late) {
         ghosts += ghost_ticks(edge, run_slowly(edge, renderer, 20, late));
       }
-      of_this.add("ticks felt on the block",
-                  std::count(fresh.is_felt.begin(), fresh.is_felt.end(), true));
-      of_this.none("ticks felt past it, contacts up to 20 ms old", ghosts);
+      of_this.add({{"ticks felt on the block",
+                    std::count(fresh.is_felt.begin(), fresh.is_felt.end(), true)},
+                   {"ticks felt past it, contacts up to 20 ms old", ghosts, "", kMustBeZero}});
       rows.append(of_this.rows());
       progress.step();
     }
   }
   return rows.rows();
+}
+
+Measured suite_slow_contact(Command&) {
+  return [] { return eval_slow_contact({}); };
 }
 
 }  // namespace haptic

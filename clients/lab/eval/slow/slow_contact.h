@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,17 +9,8 @@
 
 namespace haptic {
 
-/// A renderer of a body under test; `solver` is set if it has several proxy solvers.
-struct SlowRenderer {
-  std::string name;
-  Renderer renderer{};
-  std::optional<SoftSolver> solver;
-  bool is_smooth = false;  // held to the goal of its force above 50 Hz
-  bool has_mass = false;   // felt without contacts, too
-};
-
 /// All renderers of a body: another is one line.
-const std::vector<SlowRenderer>& slow_renderers();
+const std::vector<JudgedRenderer>& slow_renderers();
 
 /// A tool on an object, and the hand that leads it.
 struct SlowScene {
@@ -44,7 +34,7 @@ struct SlowRun {
   std::vector<bool> is_felt;  // a force or torque; of renderers with mass, a contact that pushes
   std::vector<double> x;      // of the tool in the hand; of renderers with mass, of the proxy [m]
 };
-SlowRun run_slowly(const SlowScene& scene, const SlowRenderer& renderer, uint32_t period,
+SlowRun run_slowly(const SlowScene& scene, const JudgedRenderer& renderer, uint32_t period,
                    uint32_t late = 0);
 
 /// How much a session with slow contact differs from one whose contact steps in every tick.
@@ -65,7 +55,7 @@ struct SlowEval {
   uint32_t phases = 20;   // of contact against the hand, at the edge
 };
 
-/// `hapt eval --suite slow-contact`: contacts throttled to 50, 100, 200 and 1000 Hz.
+/// `hapt eval slow-contact`: contacts throttled to 50, 100, 200 and 1000 Hz.
 std::vector<Row> eval_slow_contact(const SlowEval& eval);
 
 }  // namespace haptic

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Rest positions tested by random segments; the full test is `hapt eval --suite rest`.
+// Rest positions tested by random segments; the full test is `hapt eval rest`.
 #include "clients/lab/eval/rest.h"
 
 #include <algorithm>

@@ -141,13 +141,13 @@ TEST_CASE("account: a file that cannot be read is named") {
 
 TEST_CASE("faults: a hundred hold every kind, and the servo and hapticd six of them at most") {
   int sum = 0, servo_and_hapticd = 0;
-  for (size_t i = 0; i < kFaults.size(); ++i) {
-    CHECK(static_cast<size_t>(kFaults[i].kind) == i);
-    CHECK(kFaults[i].share > 0);
+  for (const FaultInfo& fault : all_faults()) {
+    CHECK(&info_of(fault.kind) == &fault);
+    CHECK(fault.share > 0);
     // those of torque come on top, where the device has six motors
-    sum += kFaults[i].is_of_six ? 0 : kFaults[i].share;
-    const bool counts = kFaults[i].name.find("servo") == 0 || kFaults[i].name.find("hapticd") == 0;
-    if (counts) servo_and_hapticd += kFaults[i].share;
+    sum += fault.is_of_six ? 0 : fault.share;
+    const bool counts = fault.name.find("servo") == 0 || fault.name.find("hapticd") == 0;
+    if (counts) servo_and_hapticd += fault.share;
   }
   CHECK(sum == 100);
   CHECK(servo_and_hapticd <= 6);

@@ -13,7 +13,7 @@ using namespace haptic::test;
 TEST_CASE("eval slow contact: past an edge nothing is felt, contacts 20 ms old", "[lab][trap]") {
   for (const bool with_box : {false, true}) {
     const SlowScene edge = off_an_edge(with_box);
-    for (const SlowRenderer& renderer : slow_renderers()) {
+    for (const JudgedRenderer& renderer : slow_renderers()) {
       const SlowRun fresh = run_slowly(edge, renderer, 1);
       REQUIRE(std::count(fresh.is_felt.begin(), fresh.is_felt.end(), true) > 50);
       CHECK(ghost_ticks(edge, fresh) == 0);
@@ -29,7 +29,7 @@ TEST_CASE("eval slow contact: past an edge nothing is felt, contacts 20 ms old",
 
 TEST_CASE("eval slow contact: no sawtooth over a ball at any rate of contact", "[lab][trap]") {
   const SlowScene ball = ball_over_ball(4);
-  for (const SlowRenderer& renderer : slow_renderers()) {
+  for (const JudgedRenderer& renderer : slow_renderers()) {
     const SlowRun fresh = run_slowly(ball, renderer, 1);
     const Slowness alone = compare_runs(ball, fresh, fresh);
     CHECK(alone.mean > 0.05);

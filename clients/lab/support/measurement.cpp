@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/lab/support/measurement.h"
+
+#include <algorithm>
+#include <iostream>
+#include <memory>
+
+#include "clients/hapt/options.h"
+
+namespace haptic {
+
+void measure_by(Command& command, Prepare* prepare) {
+  const auto json = std::make_shared<bool>(false);
+  const Measured measured = prepare(command);
+  add_json(command, *json);
+  command.action([json, measured] {
+    const Report report = measured();
+    if (*json) {
+      print_json(std::cout, report.rows);
+    } else {
+      report.print ? report.print(std::cout) : print_table(std::cout, report.rows);
+    }
+    std::cout.flush();
+    if (!all_hold(report.rows)) throw ExitCode{1};
+  });
+}
+
+void add_measurements(Command& command, const std::string& full_name,
+                      std::span<const Measurement> table) {
+  for (const Measurement& row : table) {
+    std::string name = row.name;
+    std::ranges::replace(name, '_', '-');
+    Command of_it = command.subcommand(name, row.help);
+    measure_by(of_it, row.prepare);
+    of_it.example(full_name + " " + name + " --json");
+  }
+}
+
+Option add_rounds(Command& command, int& rounds, const std::string& help) {
+  constexpr int kMost = 1000;
+  return command.option("--rounds", rounds, help).range(1, kMost).show_default();
+}
+
+}  // namespace haptic
