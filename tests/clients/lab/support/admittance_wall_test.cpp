@@ -172,7 +172,7 @@ Deepest box_at_block(Renderer renderer, uint64_t seed, double friction, int tick
   config.device.admittance.inertia = 2e-3;
   config.objects[0].material.friction_static = config.objects[0].material.friction_dynamic =
       friction;
-  const std::vector<Soup> soups{make_box({0.1, 0.1, 0.1}), make_box(2 * kTool)};
+  const std::vector<Soup> soups{make_box({0.1, 0.1, 0.1}), make_box({2 * kTool})};
   return run_into(config, soups, restless(seed, 0.12, 0.2, 1), ticks, depth_of_box);
 }
 
