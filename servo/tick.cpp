@@ -115,8 +115,11 @@ void follow_control(const ServoModel& model, ServoState& state, const ServoInput
   const uint32_t renderer = input.control->renderer;
   if (is_renderer(renderer)) state.renderer = static_cast<Renderer>(renderer);
   const Coupling wanted{input.control->translational_stiffness,
-                        input.control->translational_damping, input.control->rotational_stiffness,
-                        input.control->rotational_damping};
+                        input.control->translational_damping,
+                        input.control->rotational_stiffness,
+                        input.control->rotational_damping,
+                        model.coupling.max_force,
+                        model.coupling.max_torque};
   state.coupling = ramp_coupling(state.ramp, wanted, model.dt);
   follow_soft_solver(state, input);
 }

@@ -13,20 +13,8 @@ namespace {
 
 constexpr double kMostTicks = 20;  // that an answer's look-ahead is shared among
 
-/// What the session says, with the coupling in force and the tool that contact has baked.
-SoftProxyModel soft_proxy_model(const ServoModel& model, const RenderQuestion& question) {
-  SoftProxyModel proxy = model.body;
-  const auto renderer = static_cast<Renderer>(question.contacts.renderer);
-  proxy.solver = question.soft_solver.value_or(solver_of(model.proxy, renderer));
-  proxy.coupling = coupling_in_force(model, question);
-  proxy.tool = tool_in_force(model, question.contacts);
-  // triangles that meet have no band to leave
-  if (!row_of(renderer).has_maps) proxy.max_travel = 0;
-  return proxy;
-}
-
 /// Bound on how far a point of the hand's tool has moved in this tick [m].
-double hand_travel(const RigidBody& tool, const RenderQuestion& question) {
+double hand_travel(const ToolBody& tool, const RenderQuestion& question) {
   if (!question.X_WT_before) return 0;
   const Pose before = motion_of_centre(tool, {*question.X_WT_before, {}}).X_WC;
   const Pose now = motion_of_centre(tool, {question.X_WT, {}}).X_WC;
@@ -64,17 +52,14 @@ void limit_step(const ServoModel& model, const RenderQuestion& question, ForceCo
   solution.F_hand_W = F_W;
 }
 
-VirtualCoupling coupling_in_force(const ServoModel& model, const RenderQuestion& question) {
-  VirtualCoupling coupling = model.body.coupling;
-  coupling.translational_stiffness = question.coupling.translational_stiffness;
-  coupling.translational_damping = question.coupling.translational_damping;
-  coupling.rotational_stiffness = question.coupling.rotational_stiffness;
-  coupling.rotational_damping = question.coupling.rotational_damping;
-  return coupling;
+const ToolBody& tool_in_force(const ServoModel& model, const ContactSet& contacts) {
+  return contacts.tool.mass > 0 ? contacts.tool : model.tool;
 }
 
-RigidBody tool_in_force(const ServoModel& model, const ContactSet& contacts) {
-  return contacts.tool.mass > 0 ? rigid_body_of(contacts.tool) : model.body.tool;
+BodyTick body_tick(const ServoModel& model, const RenderQuestion& question) {
+  HAPTIC_ASSERT(model.dt > 0);
+  return {question.scene, {question.X_WT, question.V_WT},          &question.contacts,
+          model.dt,       tool_in_force(model, question.contacts), question.coupling};
 }
 
 Rendered rendered_body(const RenderQuestion& question, const BodySolution& solution) {
@@ -97,17 +82,19 @@ Rendered rendered_body(const RenderQuestion& question, const BodySolution& solut
 
 Rendered render_soft_proxy(const ServoModel& model, const RenderQuestion& question,
                            RenderState& state) {
-  HAPTIC_ASSERT(model.dt > 0);
-  const ContactSet& contacts = question.contacts;
-  const TickScene& scene = question.scene;
-  const SoftProxyTick tick{scene, {question.X_WT, question.V_WT}, &contacts, model.dt};
-  SoftProxyModel proxy = soft_proxy_model(model, question);
+  const BodyTick tick = body_tick(model, question);
+  const auto renderer = static_cast<Renderer>(question.contacts.renderer);
+  SoftProxyModel proxy = model.soft;
+  proxy.solver = question.soft_solver.value_or(solver_of(model.proxy, renderer));
+  // triangles that meet have no band to leave
+  if (!row_of(renderer).has_maps) proxy.max_travel = 0;
   if (proxy.max_travel > 0) {
     // what contact has seen ahead is for all the ticks since
-    const double age = static_cast<double>(question.t_ns - contacts.answers_t_ns) * 1e-9 / model.dt;
+    const auto since_ns = static_cast<double>(question.t_ns - question.contacts.answers_t_ns);
+    const double age = since_ns * 1e-9 / model.dt;
     // of contacts that are not rendered any more nothing is passed unseen: the proxy catches up
-    scene.weight > 0 ? proxy.max_travel /= std::clamp(age, 1.0, kMostTicks)
-                     : proxy.max_travel += hand_travel(proxy.tool, question);
+    tick.weight > 0 ? proxy.max_travel /= std::clamp(age, 1.0, kMostTicks)
+                    : proxy.max_travel += hand_travel(tick.tool, question);
   }
   BodySolution solution = solve_soft_proxy(proxy, state.kept.keep<SoftProxyState>(), tick);
   // without a coupling the hand feels the contacts' own stiffness, which no bound is known of

@@ -5,11 +5,11 @@
 
 namespace haptic {
 
-/// The coupling in force, with the bounds of the session.
-VirtualCoupling coupling_in_force(const ServoModel& model, const RenderQuestion& question);
-
 /// The tool that contact has baked, else the session's.
-RigidBody tool_in_force(const ServoModel& model, const ContactSet& contacts);
+const ToolBody& tool_in_force(const ServoModel& model, const ContactSet& contacts);
+
+/// The tick as a solver of a body is asked about it.
+BodyTick body_tick(const ServoModel& model, const RenderQuestion& question);
 
 /// Rate-limits the step of the force since the last tick (servo/safety/force_continuity.h). What is
 /// added comes from the object that carried the tool then.

@@ -134,14 +134,13 @@ Wrench wrench_of(const ServoModel& model, const Hold& hold, const RenderQuestion
   const Twist whole = way_between(hold.X_WT, hold.X_WP), V = hold.V_WP - hold.V_WT;
   const std::optional<Pull> most = bound_on(whole, V, is_stale, model.dt, state);
   const Twist way = spring_way(model, whole, c, most, state);
-  const VirtualCoupling& bounds = model.body.coupling;
   const double scale = model.map.force_scale;
   Wrench F;
   F.f = bounded(hold.share * (c.translational_stiffness * way.v + c.translational_damping * V.v),
-                bound_of(model.limits.max_force, scale, bounds.max_force));
+                bound_of(model.limits.max_force, scale, c.max_force));
   if (is_body(question)) {
     F.t = bounded(hold.share * (c.rotational_stiffness * way.w + c.rotational_damping * V.w),
-                  bound_of(model.limits.max_torque, scale, bounds.max_torque));
+                  bound_of(model.limits.max_torque, scale, c.max_torque));
   }
   if (most) {
     return {shortened(F.f, std::max(norm(F.f) - most->force, 0.0)),

@@ -65,10 +65,10 @@ Rendered render_virtual_proxy(const ServoModel& model, const RenderQuestion& que
                               RenderState& state) {
   auto& kept = state.kept.keep<VirtualProxyState>();
   ProxyQuestion sphere = point_question(question);
-  sphere.radius = model.virtual_proxy.radius;
+  sphere.radius = model.proxy_radius;
   sphere.held_back_W = kept.held_back_W;
   const VirtualProxyTick tick{question.coupling.translational_stiffness, model.dt};
-  return rendered_point(question, solve_virtual_proxy(model.virtual_proxy, kept, sphere, tick));
+  return rendered_point(question, solve_virtual_proxy(model.materials, kept, sphere, tick));
 }
 
 }  // namespace haptic

@@ -30,10 +30,12 @@ struct ServoModel {
   SafetyLimits limits;
   int32_t dead_man_button = -1;
   Renderer renderer{};  // as configured; the ControlFrame may change it
-  VirtualProxyModel virtual_proxy;
-  SoftProxyModel body;  // of the renderers with six degrees of freedom
+  Materials materials;
+  double proxy_radius = 0;       // of virtual-proxy3 [m]
+  ToolBody tool = kUnknownTool;  // until contact has baked it
   ProxyConfig proxy;    // its solver is each renderer's own, or this one, or the ControlFrame's
-  RigidSolver rigid_solver = RigidSolver::kCoulomb;
+  SoftProxyModel soft;  // its solver and bound are those of each tick
+  Constrained6Model constrained6;
   std::optional<AdmittanceConfig> admittance;  // the virtual body; none: an impedance device
 };
 

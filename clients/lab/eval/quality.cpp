@@ -43,10 +43,10 @@ VoxelConfig options_of(const QualityGrain& grain) {
   return options;
 }
 
-RigidBody body_of(const TriangleMesh& mesh) {
+ToolBody body_of(const TriangleMesh& mesh) {
   ToolConfig config;
   config.mass = kToolMass;
-  return rigid_body_of(tool_body(mesh, config));
+  return tool_body(mesh, config);
 }
 
 }  // namespace
@@ -92,8 +92,8 @@ QualityProbe::QualityProbe(const QualityRenderer& renderer, const QualityShapes&
   pairs_.resize(kRoom);
   pushes_.resize(kPushesPerPair * kRoom);
   model_.solver = renderer.solver;
-  model_.tool = body_of(tool_.mesh);
-  model_.coupling = {kToolStiffness, kToolDamping, kToolTurnStiffness, kToolTurnDamping, 0, 0};
+  in_force_.tool = body_of(tool_.mesh);
+  in_force_.coupling = {kToolStiffness, kToolDamping, kToolTurnStiffness, kToolTurnDamping, 0, 0};
   model_.contact_stiffness = kPointStiffness;
   model_.max_travel = 0.5 * options_of(grain).band;
 }
@@ -119,7 +119,7 @@ void QualityProbe::detect(const Pose& X_WP, ContactSet& set) {
 }
 
 Wrench QualityProbe::operator()(const Pose& X_WT) {
-  SoftProxyTick tick{};
+  BodyTick tick = in_force_;
   tick.hand.X_WT = X_WT;
   tick.contacts = &set_;
   Wrench before{};

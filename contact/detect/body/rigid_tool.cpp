@@ -69,7 +69,7 @@ GodObject6Options god_object_options(const SessionConfig& config, const ToolBody
   options.k_s = config.rigid.k_s;
   options.margin = config.rigid.margin > 0 ? config.rigid.margin : kMarginOfRadius * body.radius;
   options.moves = config.rigid.moves;
-  const CouplingConfig& springs = config.coupling;
+  const Coupling& springs = config.coupling;
   if (springs.translational_stiffness > 0) {
     options.translational_stiffness = springs.translational_stiffness;
   }

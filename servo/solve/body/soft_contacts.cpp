@@ -34,7 +34,7 @@ Mat6 about_centre(const Mat6& K, const Vec3& arm) {
   return product(to_new, product(K, to_old));
 }
 
-SoftContact spring_of(const CarriedContact& c, const RigidBody& tool, const SoftCarry& carry) {
+SoftContact spring_of(const CarriedContact& c, const ToolBody& tool, const SoftCarry& carry) {
   const double stiffness = c.stiffness > 0 ? c.stiffness : carry.stiffness;
   const double weight = carry.soft_weight(c.object);
   return {c.tool_point_T - tool.centre_T, c.point_W,  c.normal_W, c.velocity_W, weight * stiffness,
@@ -46,7 +46,7 @@ bool all_finite(const Mat6& m) {
 }
 
 /// The linearised wrench about C, moved with its object, minus the springs.
-void carry_rest(const ContactSet& set, const RigidBody& tool, const SoftCarry& carry,
+void carry_rest(const ContactSet& set, const ToolBody& tool, const SoftCarry& carry,
                 SoftContacts& out) {
   const uint32_t object = std::min(set.wrench_object, kMaxObjects - 1);
   const Pose moved_by = carry.X_WO[object] * inverse(set.X_WO[object]);
@@ -74,7 +74,7 @@ void carry_rest(const ContactSet& set, const RigidBody& tool, const SoftCarry& c
       out.push0 > 0 && is_finite(out.F_rest_W) && is_finite(out.X_WC0) && all_finite(out.K_rest);
 }
 
-void carry_brake(const ContactSet& set, const RigidBody& tool, const SoftCarry& carry,
+void carry_brake(const ContactSet& set, const ToolBody& tool, const SoftCarry& carry,
                  SoftContacts& out) {
   const uint32_t object = std::min(set.wrench_object, kMaxObjects - 1);
   const Pose moved_by = carry.X_WO[object] * inverse(set.X_WO[object]);
@@ -89,7 +89,7 @@ void carry_brake(const ContactSet& set, const RigidBody& tool, const SoftCarry& 
 }
 
 /// F_rest + K_rest δ.
-BodyWrench rest_at(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC) {
+BodyWrench rest_at(const SoftContacts& contacts, const ToolBody& tool, const Pose& X_WC) {
   const Twist way = way_between(contacts.X_WC0, X_WC);
   const LimitedMotion limited = limit_travel(way, tool.radius, contacts.trust_radius);
   const Wrench change = contacts.K_rest * limited.motion;
@@ -101,7 +101,7 @@ BodyWrench rest_at(const SoftContacts& contacts, const RigidBody& tool, const Po
 
 }  // namespace
 
-SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
+SoftContacts carry_soft_contacts(const ContactSet& set, const ToolBody& tool,
                                  const SoftCarry& carry) {
   SoftContacts out;
   if (!(carry.weight > 0)) return out;
@@ -130,7 +130,7 @@ void fade_past_extent(const Pose& X_WC, SoftContacts& contacts) {
   }
 }
 
-BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC,
+BodyWrench rest_wrench(const SoftContacts& contacts, const ToolBody& tool, const Pose& X_WC,
                        const BodyMotion& end) {
   BodyWrench rest;
   if (!contacts.has_rest) return rest;

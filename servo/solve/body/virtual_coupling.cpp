@@ -43,8 +43,7 @@ struct CouplingTerms {
   Vec3 force_W, torque_W;  // on the proxy, dampers included
 };
 
-CouplingTerms terms_of(const VirtualCoupling& coupling, const ToolMotion& hand,
-                       const ToolMotion& proxy) {
+CouplingTerms terms_of(const Coupling& coupling, const ToolMotion& hand, const ToolMotion& proxy) {
   CouplingTerms t;
   // q conj(q) is the identity only up to rounding
   const bool as_one = hand.X_WT.q == proxy.X_WT.q;
@@ -59,8 +58,8 @@ CouplingTerms terms_of(const VirtualCoupling& coupling, const ToolMotion& hand,
 
 }  // namespace
 
-BodyWrench coupling_wrench(const VirtualCoupling& coupling, const RigidBody& body,
-                           const ToolMotion& hand, const BodyMotion& proxy) {
+BodyWrench coupling_wrench(const Coupling& coupling, const ToolBody& body, const ToolMotion& hand,
+                           const BodyMotion& proxy) {
   const Vec3 arm_W = -rotate(proxy.X_WC.q, body.centre_T);  // from C to the origin of T
   const CouplingTerms t = terms_of(coupling, hand, motion_of_tool(body, proxy));
   const Mat3 r = skew(arm_W);
@@ -84,7 +83,7 @@ BodyWrench coupling_wrench(const VirtualCoupling& coupling, const RigidBody& bod
   return sum;
 }
 
-BodyWrench symmetric_coupling_wrench(const VirtualCoupling& coupling, const RigidBody& body,
+BodyWrench symmetric_coupling_wrench(const Coupling& coupling, const ToolBody& body,
                                      const ToolMotion& hand, const BodyMotion& proxy) {
   BodyWrench sum = coupling_wrench(coupling, body, hand, proxy);
   const CouplingTerms t = terms_of(coupling, hand, motion_of_tool(body, proxy));
@@ -99,14 +98,12 @@ BodyWrench symmetric_coupling_wrench(const VirtualCoupling& coupling, const Rigi
   return sum;
 }
 
-double coupling_energy(const VirtualCoupling& coupling, const ToolMotion& hand,
-                       const ToolMotion& proxy) {
+double coupling_energy(const Coupling& coupling, const ToolMotion& hand, const ToolMotion& proxy) {
   const CouplingTerms t = terms_of(coupling, hand, proxy);
   return t.linear.energy + t.angular.energy;
 }
 
-Wrench wrench_on_hand(const VirtualCoupling& coupling, const ToolMotion& hand,
-                      const ToolMotion& proxy) {
+Wrench wrench_on_hand(const Coupling& coupling, const ToolMotion& hand, const ToolMotion& proxy) {
   const CouplingTerms t = terms_of(coupling, hand, proxy);
   return {-t.force_W, -t.torque_W};
 }

@@ -131,7 +131,7 @@ TEST_CASE("servo: a plane in place of another turns the force, with friction too
   auto floor = rigid_set({}, {{{}, {0, 0, 1}, 0}}), ramp = rigid_set({}, {{{}, slope, 0}});
   floor->renderer = ramp->renderer = static_cast<uint32_t>(Renderer::kGodObject6);
   RigidSession session(*floor);
-  MaterialConfig& material = session.model.virtual_proxy.materials[0];
+  MaterialConfig& material = session.model.materials.of_object[0];
   material.friction_static = material.friction_dynamic = mu;
   for (int i = 0; i < 20; ++i) session.tick({0, 0, -depth * std::min(i / 10.0, 1.0)});
   Vec3 before = session.tick({0, 0, -depth}).F_device_B.f;
@@ -158,7 +158,7 @@ TEST_CASE("servo: friction of a rigid tool is its object's, and contact hears of
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
   RigidSession session(*floor_set(renderer));
   for (const double mu : {0.0, 0.5}) {
-    MaterialConfig& material = session.model.virtual_proxy.materials[0];
+    MaterialConfig& material = session.model.materials.of_object[0];
     material.friction_static = material.friction_dynamic = mu;
     session.state = {};
     session.model.coupling.translational_damping = 2;

@@ -74,7 +74,7 @@ TEST_CASE("voxel: clusters and the linearised wrench tell of the same force", "[
     // it pushes the tool out
     if (reading == VoxelForce::kField) CHECK(dot(set->F0_W.f, u) > 0);
     // the servo's part: springs and rest reproduce it
-    RigidBody tool;
+    ToolBody tool = kUnknownTool;
     SoftCarry carry;
     const SoftContacts contacts = carry_soft_contacts(*set, tool, carry);
     const Wrench again =

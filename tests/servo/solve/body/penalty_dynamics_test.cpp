@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kStep = 1e-3;
 
-VirtualCoupling spring(double k, double b) {
+Coupling spring(double k, double b) {
   return {k, b, 0, 0, 0, 0};
 }
 
@@ -20,7 +20,7 @@ struct Swing {
   double largest = 0, last = 0;
 };
 Swing swing(Integrator integrator, int steps, double b = 0, double mass = 0.1) {
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   tool.mass = mass;
   BodyMotion body{{{1, 0, 0}, {}}, {}};
   Swing out;
@@ -35,7 +35,7 @@ Swing swing(Integrator integrator, int steps, double b = 0, double mass = 0.1) {
 
 /// Amplitude of an undamped oscillation, from position and velocity.
 double amplitude(Integrator integrator, int steps) {
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   BodyMotion body{{{1, 0, 0}, {}}, {}};
   for (int i = 0; i < steps; ++i) {
     const BodyWrench f = coupling_wrench(spring(1000, 0), tool, {}, body);
@@ -45,16 +45,16 @@ double amplitude(Integrator integrator, int steps) {
   return std::hypot(norm(body.X_WC.p), norm(body.V_WC.v) / omega);
 }
 
-double kinetic(const RigidBody& tool, const BodyMotion& body) {
+double kinetic(const ToolBody& tool, const BodyMotion& body) {
   const Vec3 w_C = rotate(conjugate(body.X_WC.q), body.V_WC.w);
-  const Vec3& i = tool.inertia_C;
+  const Vec3& i = tool.inertia_T;
   return 0.5 * tool.mass * norm_squared(body.V_WC.v) +
          0.5 * (i.x * w_C.x * w_C.x + i.y * w_C.y * w_C.y + i.z * w_C.z * w_C.z);
 }
 
-Vec3 angular_momentum(const RigidBody& tool, const BodyMotion& body) {
+Vec3 angular_momentum(const ToolBody& tool, const BodyMotion& body) {
   const Vec3 w_C = rotate(conjugate(body.X_WC.q), body.V_WC.w);
-  const Vec3& i = tool.inertia_C;
+  const Vec3& i = tool.inertia_T;
   return rotate(body.X_WC.q, {i.x * w_C.x, i.y * w_C.y, i.z * w_C.z});
 }
 
@@ -82,7 +82,7 @@ TEST_CASE("dynamics: explicit fails where theory says, implicit does not", "[ser
 
 TEST_CASE("dynamics: one implicit step is that of the closed form", "[servo]") {
   // u' = (m u + h f)/(m + h² (k + k_T))
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   tool.mass = 0.01;
   BodyMotion body{{{0, 0, -1e-3}, {}}, {{0, 0, -0.05}, {}}};
   BodyWrench f = coupling_wrench(spring(1000, 0), tool, {{{0, 0, -5e-3}, {}}, {}}, body);
@@ -96,9 +96,9 @@ TEST_CASE("dynamics: one implicit step is that of the closed form", "[servo]") {
 }
 
 TEST_CASE("dynamics: the torque-free body keeps its angular momentum", "[servo][trap]") {
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   tool.mass = 1;
-  tool.inertia_C = {1, 2, 3};
+  tool.inertia_T = {1, 2, 3};
   const BodyMotion start{{}, {{}, {0.1, 1.0, 0.1}}};
   for (const Integrator integrator : {Integrator::kSemiImplicit, Integrator::kImplicit}) {
     BodyMotion body = start;
@@ -119,10 +119,10 @@ TEST_CASE("dynamics: implicit energy never grows without input", "[servo][trap]"
   // m from 1e-4 to 10 kg, k up to 1e6 N/m: a body thrown onto a floor, held by a coupling at rest
   const double mass = GENERATE(1e-4, 1e-2, 1.0, 10.0);
   const double k = GENERATE(1e3, 1e5, 1e6);
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   tool.mass = mass;
-  tool.inertia_C = mass * 1e-3 * Vec3{1, 1, 1};
-  const VirtualCoupling coupling{1000, 0, 1, 0, 0, 0};
+  tool.inertia_T = mass * 1e-3 * Vec3{1, 1, 1};
+  const Coupling coupling{1000, 0, 1, 0, 0, 0};
   BodyMotion body{{{0, 0, 2e-3}, {}}, {{0, 0, -0.5}, {}}};
   const ToolMotion hand{{{0, 0, -1e-3}, {}}, {}};
   double before = std::numeric_limits<double>::infinity();
@@ -148,7 +148,7 @@ TEST_CASE("dynamics: Jacobians of contacts and coupling against central differen
           "[servo][trap]") {
   Random random(11);
   for (size_t i = 0; i < trials(200); ++i) {
-    RigidBody tool;
+    ToolBody tool = kUnknownTool;
     tool.centre_T = 0.03 * random.direction();
     const BodyMotion body{random.pose(0.1), random_twist(random, 0.2, 2)};
     SoftContact contact = random_contact(random, body.X_WC);
@@ -167,7 +167,7 @@ TEST_CASE("dynamics: Jacobians of contacts and coupling against central differen
     REQUIRE(norm(touch(body).F_W.f) > 0);
     CHECK(jacobian_error(touch, body, 1e-7, 1e-4) <= 1e-5);
     const ToolMotion hand{random.pose(0.12), random_twist(random, 0.2, 2)};
-    const VirtualCoupling coupling{1000, 0.5, 2, 1e-3, i % 2 == 0 ? 5.0 : 0, i % 3 == 0 ? 0.5 : 0};
+    const Coupling coupling{1000, 0.5, 2, 1e-3, i % 2 == 0 ? 5.0 : 0, i % 3 == 0 ? 0.5 : 0};
     const auto hold = [&](const BodyMotion& at) {
       return coupling_wrench(coupling, tool, hand, at);
     };
@@ -199,10 +199,10 @@ TEST_CASE("dynamics: stable from 10 g to 1 kg at every coupling a device allows,
   const double mass = GENERATE(0.01, 0.1, 1.0);
   const double k = GENERATE(200.0, 1000.0, 5000.0);
   const auto rest_error = [&](Integrator integrator) {
-    RigidBody tool;
+    ToolBody tool = kUnknownTool;
     tool.mass = mass;
-    tool.inertia_C = mass * 1e-3 * Vec3{1, 1, 1};
-    const VirtualCoupling coupling{k, 0.02 * std::sqrt(k * mass), k * 1e-3, 1e-3, 0, 0};
+    tool.inertia_T = mass * 1e-3 * Vec3{1, 1, 1};
+    const Coupling coupling{k, 0.02 * std::sqrt(k * mass), k * 1e-3, 1e-3, 0, 0};
     const ToolMotion hand{{{0, 0, -2e-3}, {}}, {}};
     std::vector<SoftContact> feet;
     for (const double x : {-0.02, 0.02}) {
@@ -247,7 +247,7 @@ TEST_CASE("dynamics: a contact pushes out and never pulls", "[servo][trap]") {
 }
 
 TEST_CASE("dynamics: no point travels further than allowed", "[servo]") {
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   BodyMotion body{{}, {{3, 0, 0}, {0, 40, 0}}};
   const auto next = penalty_dynamics_step(tool, body, {}, {}, Integrator::kImplicit, {kStep, 1e-3});
   CHECK(next.was_cut);
@@ -257,7 +257,7 @@ TEST_CASE("dynamics: no point travels further than allowed", "[servo]") {
 }
 
 TEST_CASE("dynamics: what is not finite leaves the body where it is", "[servo]") {
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   const BodyMotion body{{{1, 2, 3}, {}}, {{1, 0, 0}, {}}};
   BodyWrench f;
   f.F_W.f.x = std::nan("");
