@@ -57,7 +57,7 @@ void add_guides(const Grasp& grasp, const ContactModel& model, ContactSet& set) 
     set.n_contacts = kMaxContacts - n_guides;
     set.n_active = std::min(set.n_active, set.n_contacts);
   }
-  const ToolBody& body = model.bodies.body;
+  const ToolBody& body = model.body;
   for (uint32_t i = 0; i < n_guides; ++i) {
     const size_t k = i % 3;
     Vec3 point_T = is_body ? body.centre_T : Vec3{};
@@ -106,7 +106,7 @@ void seize(Grasp& grasp, const ContactModel& model, const ServoFrame& servo,
   for (uint32_t i = 0; i < set.n_contacts; ++i) {
     const Contact& c = set.contacts[i];
     const double gap = gap_of(model, set, c);
-    if (c.object >= model.n_objects || !(gap <= nearest)) continue;
+    if (c.object >= model.shapes.size() || !(gap <= nearest)) continue;
     nearest = gap;
     grasp.object = c.object;
   }

@@ -53,15 +53,13 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
     none.X_WP = frame.X_WT;
     return none;
   }
-  Render& solver = render_of(static_cast<Renderer>(input.contacts->renderer));
-  if (state.solver != &solver) state.render.forget();
-  state.solver = &solver;
   RenderQuestion question{*input.contacts, scene,        coupling,   frame.X_WT,
                           frame.V_WT,      std::nullopt, input.t_ns, state.soft_solver};
   if (state.started) question.X_WT_before = state.X_WT;
   const Hold hold = hold_of(model, state.grasp, question, held_body(model, state, input));
   draw_tool(hold, state.grasp, question, scene);
-  Rendered rendered = solver(model, question, state.render);
+  const auto renderer = static_cast<Renderer>(input.contacts->renderer);
+  Rendered rendered = rendered_by(renderer, model, question, state.render);
   add_hold(hold, question, rendered);
   // the body of an admittance device stops where the scene does: all that it loses is the object's
   if (!model.admittance &&

@@ -68,7 +68,7 @@ bool is_reported(const ContactSet& set, uint32_t object, const Feature& feature)
 }
 
 void add_approaching(const ContactModel& model, const PointScene& scene, const PointProxy& proxy,
-                     double reach, LedPoint& state, ContactSet& set) {
+                     double reach, PointDetector& state, ContactSet& set) {
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 g_O = inverse(scene.X_WO[i]) * proxy.g_W;
     NearResult near =
@@ -98,7 +98,7 @@ void add_approaching(const ContactModel& model, const PointScene& scene, const P
 /// Adds the facets that will support a proxy led on to p_W, where the tool will be when the answer
 /// is used, and the facets that it may reach.
 void add_contacts(const ContactModel& model, const PointScene& then, const Vec3& p_W, double reach,
-                  LedPoint& state, ContactSet& set) {
+                  PointDetector& state, ContactSet& set) {
   // it goes ahead and is put back; what its queries found serves the next step as well
   PointProxy& proxy = state.proxy;
   const ProxyPlace verified = proxy;
@@ -114,7 +114,7 @@ void add_contacts(const ContactModel& model, const PointScene& then, const Vec3&
 }
 
 /// Moves the proxy and reports the contacts of the place where it will be when they are used.
-void lead(const ContactModel& model, LedPoint& state, const ContactQuestion& question,
+void lead(const ContactModel& model, PointDetector& state, const ContactQuestion& question,
           ContactSet& set) {
   const ServoFrame& servo = question.servo;
   HAPTIC_ASSERT(model.prediction >= 0 && state.proxy.seeded);
@@ -130,10 +130,8 @@ void lead(const ContactModel& model, LedPoint& state, const ContactQuestion& que
 
 }  // namespace
 
-void detect_point(const ContactModel& model, DetectorState& state, const ContactQuestion& question,
-                  ContactSet& set) {
-  LedPoint& kept = state.keep<LedPoint>();
-  PointProxy& proxy = kept.proxy;
+void PointDetector::detect(const ContactModel& model, const ContactQuestion& question,
+                           ContactSet& set) {
   const ServoFrame& servo = question.servo;
   // nothing is felt: the hand may pass through objects, and begins where it then is
   if (question.usable && (servo.flags & kServoClosed) != 0) proxy.seeded = false;
@@ -142,7 +140,7 @@ void detect_point(const ContactModel& model, DetectorState& state, const Contact
   } else if (question.usable && !proxy.seeded) {
     set.flags |= seed(question.now, servo, proxy);
   }
-  if (question.usable && proxy.seeded) lead(model, kept, question, set);
+  if (question.usable && proxy.seeded) lead(model, *this, question, set);
   set.X_WG = {proxy.g_W, servo.X_WT.q};
   // crushed between objects, or nowhere to start: seed anew next time
   if ((set.flags & kContactNoFreePose) != 0) proxy.seeded = false;

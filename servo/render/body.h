@@ -2,6 +2,7 @@
 #pragma once
 
 #include "servo/render/render.h"
+#include "servo/safety/force_continuity.h"
 
 namespace haptic {
 
@@ -11,13 +12,14 @@ const ToolBody& tool_in_force(const ServoModel& model, const ContactSet& contact
 /// The tick as a solver of a body is asked about it.
 BodyTick body_tick(const ServoModel& model, const RenderQuestion& question);
 
-/// Rate-limits the step of the force since the last tick (servo/safety/force_continuity.h). What is
-/// added comes from the object that carried the tool then.
-void limit_step(const ServoModel& model, const RenderQuestion& question, ForceContinuity& state,
-                BodySolution& solution);
-
 /// What a solver of a body came to, and the opposite of what the objects pushed it with, which they
 /// are pushed with, about their origins.
 Rendered rendered_body(const RenderQuestion& question, const BodySolution& solution);
+
+/// The same, with the step of the force since the last tick rate-limited
+/// (servo/safety/force_continuity.h). What is added comes from the object that carried the tool
+/// then.
+Rendered rendered_body(const ServoModel& model, const RenderQuestion& question,
+                       BodySolution solution, ForceContinuity& continuity);
 
 }  // namespace haptic

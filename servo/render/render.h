@@ -2,16 +2,12 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
-#include <new>
 #include <optional>
-#include <type_traits>
 
 #include "proto/config/config.h"
 #include "proto/config/coupling_margin.h"
 #include "proto/wire/wire.h"
 #include "servo/safety/coupling.h"
-#include "servo/safety/force_continuity.h"
 #include "servo/safety/safety.h"
 #include "servo/solve/body/constrained6.h"
 #include "servo/solve/body/soft_proxy.h"
@@ -64,53 +60,5 @@ struct Rendered {
   bool converged = true;
   std::array<Wrench, kMaxObjects> push_W{};  // of each object on the proxy, at its origin
 };
-
-/// Room for what one solver keeps between ticks, of any type without a destructor.
-class SolverState {
- public:
-  /// What was kept of this type; a fresh one where nothing was.
-  template <class State>
-  State& keep() {
-    static_assert(sizeof(State) <= kRoom && std::is_trivially_copyable_v<State>);
-    if (type_ != &kType<State>) new (room_.data()) State();
-    type_ = &kType<State>;
-    return *std::launder(reinterpret_cast<State*>(room_.data()));
-  }
-
-  /// What is kept of this type; null: nothing.
-  template <class State>
-  const State* find() const {
-    if (type_ != &kType<State>) return nullptr;
-    return std::launder(reinterpret_cast<const State*>(room_.data()));
-  }
-
-  void drop() { type_ = nullptr; }
-
- private:
-  static constexpr size_t kRoom = 16 * 1024;  // [bytes]
-  template <class State>
-  static constexpr char kType = 0;  // its address stands for the type
-
-  alignas(std::max_align_t) std::array<std::byte, kRoom> room_;
-  const char* type_ = nullptr;
-};
-
-struct RenderState {
-  SolverState kept;                // of the solver in use
-  ForceContinuity continuity;      // of the renderers of a body
-  ContactSolvers contact_solvers;  // of the rigid ones; nothing to forget
-
-  void forget() {
-    kept.drop();
-    continuity = {};
-  }
-};
-
-/// A solver: this tick's proxy and the coupling's wrench. It allocates nothing and never throws.
-using Render = Rendered(const ServoModel& model, const RenderQuestion& question,
-                        RenderState& state);
-
-/// The one in the renderer's line of proto/wire/renderers.def.
-Render& render_of(Renderer renderer);
 
 }  // namespace haptic

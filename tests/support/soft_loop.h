@@ -80,7 +80,7 @@ class SoftLoop {
     set_->n_objects = 1;
     set_->X_WT = tool.X_WT;
     if (asked_ == Asked::kExact) return ask_exact(tool.X_WT);
-    VoxelQuestion question;
+    BodyQuestion question;
     question.X_WT = tool.X_WT;
     question.V_WT = tool.V_WT;
     question.reach = pair_.size;

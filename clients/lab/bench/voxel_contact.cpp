@@ -12,7 +12,7 @@
 #include "clients/lab/support/step_budget.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "contact/bake/volume.h"
-#include "contact/detect/body/body_detectors.h"
+#include "contact/detect/body/voxel.h"
 #include "contact/query/proximity/triangle_pairs.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "proto/math/motion_metric.h"
@@ -156,7 +156,7 @@ struct Contest {
 
   /// CPU time of a step [s].
   double step(VoxelState& state, const Pose& X_OT, double reach) {
-    VoxelQuestion question;
+    BodyQuestion question;
     question.X_WT = X_OT;
     question.reach = reach;
     return cpu_of([&] { detect_voxel(model, state, question, *set); });

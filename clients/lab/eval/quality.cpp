@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "clients/lab/eval/drag.h"
-#include "contact/detect/body/body_detectors.h"
 #include "contact/detect/body/cluster_contact.h"
 #include "contact/detect/body/exact.h"
+#include "contact/detect/body/voxel.h"
 #include "contact/shape/mesh/tool_body.h"
 #include "proto/os/progress.h"
 
@@ -101,7 +101,7 @@ QualityProbe::QualityProbe(const QualityRenderer& renderer, const QualityShapes&
 void QualityProbe::detect(const Pose& X_WP, ContactSet& set) {
   set.X_WT = X_WP;
   if (renderer_.detector != QualityDetector::kExact) {
-    VoxelQuestion question{};
+    BodyQuestion question{};
     question.X_WT = X_WP;
     question.reach = voxels_.map.size;
     detect_voxel(voxel_model_, *voxel_state_, question, set);

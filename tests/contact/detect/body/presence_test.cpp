@@ -245,7 +245,7 @@ class Pieces {
     *set_ = {};
     set_->n_objects = 1;
     set_->X_WT = X_OT;
-    PieceQuestion question;
+    BodyQuestion question;
     question.X_WT = X_OT;
     question.reach = kAhead;
     refine_.spread = model_.refine.spread;
