@@ -136,20 +136,21 @@ std::array<Twist, kMaxObjects> twists_at(const ContactModel& model, const SceneF
   return V_WO;
 }
 
-Contact contact_at(const PointScene& scene, const FacetContact& at, double crease_cosine) {
-  HAPTIC_ASSERT(at.object < scene.shapes.size());
-  const TriangleMesh& mesh = scene.shapes[at.object].mesh;
-  HAPTIC_ASSERT(at.triangle < mesh.triangles.size());
+Contact contact_at(const PointScene& scene, const ProxyPlane& facet, const ProxySupport& at,
+                   double crease_cosine) {
+  HAPTIC_ASSERT(facet.object < scene.shapes.size());
+  const TriangleMesh& mesh = scene.shapes[facet.object].mesh;
+  HAPTIC_ASSERT(facet.triangle < mesh.triangles.size());
   HAPTIC_ASSERT(is_unit(at.normal_O));
   Contact c{};
   c.tool_point_T = -scene.radius * at.normal_O;
   c.object_point_O = at.point_O;
   c.normal_O = at.normal_O;
   c.shading_normal_O = crease_cosine < 1
-                           ? shading_normal(mesh, at.triangle, at.point_O, crease_cosine)
+                           ? shading_normal(mesh, facet.triangle, at.point_O, crease_cosine)
                            : at.normal_O;
-  c.extent = plane_extent(mesh, at.triangle, at.point_O);
-  c.object = c.material = at.object;
+  c.extent = plane_extent(mesh, facet.triangle, at.point_O);
+  c.object = c.material = facet.object;
   c.feature = at.feature.id();
   return c;
 }

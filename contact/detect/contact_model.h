@@ -69,16 +69,9 @@ PointScene scene_at(const ContactModel& model, const SceneFrame* scene, const Se
 std::array<Twist, kMaxObjects> twists_at(const ContactModel& model, const SceneFrame* scene,
                                          const ServoFrame& servo);
 
-/// Where something touches or may touch: on which facet.
-struct FacetContact {
-  uint32_t object;
-  uint32_t triangle;
-  Feature feature;
-  Vec3 point_O;
-  Vec3 normal_O;
-};
-
-/// The contact of a sphere of the scene's radius there; edges smoother than the crease are shaded.
-Contact contact_at(const PointScene& scene, const FacetContact& at, double crease_cosine);
+/// The contact of a sphere of the scene's radius with this facet, where that supports it; edges
+/// smoother than the crease are shaded.
+Contact contact_at(const PointScene& scene, const ProxyPlane& facet, const ProxySupport& at,
+                   double crease_cosine);
 
 }  // namespace haptic

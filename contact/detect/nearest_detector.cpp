@@ -11,16 +11,16 @@ Vec3 report(const PointScene& scene, const Vec3& tool_W, double reach, ContactSe
   std::array<NearestSurface, kMaxObjects> surfaces;
   const size_t count = nearest_surfaces(scene, tool_W, reach, surfaces);
   for (size_t i = 0; i < count; ++i) {
-    const auto& [object, triangle, feature, point_O, normal_O, depth] = surfaces[i];
+    const auto& [facet, at, depth] = surfaces[i];
     HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
-    set.contacts[set.n_contacts++] =
-        contact_at(scene, {object, triangle, feature, point_O, normal_O}, 1);
+    set.contacts[set.n_contacts++] = contact_at(scene, facet, at, 1);
     set.n_active += depth > 0;
   }
   set.free_fraction = 1;
   if (set.n_active == 0) return tool_W;
   const NearestSurface& deepest = surfaces[0];
-  return scene.X_WO[deepest.object] * (deepest.point_O + scene.epsilon * deepest.normal_O);
+  return scene.X_WO[deepest.facet.object] *
+         (deepest.at.point_O + scene.epsilon * deepest.at.normal_O);
 }
 
 }  // namespace

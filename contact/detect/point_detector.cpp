@@ -36,14 +36,13 @@ double crease_cosine(const ContactModel& model, const ContactSet& set, uint32_t 
 void add_hold(const PointScene& scene, const PointProxy& proxy, const ProxyMove& move,
               const Vec3& p_W, ContactSet& set) {
   HAPTIC_ASSERT(move.n_active > 0 && set.n_contacts < kMaxContacts);
-  const auto [object, triangle] = move.active[0];
-  const Pose X_OW = inverse(scene.X_WO[object]);
+  const ProxyPlane& facet = move.active[0];
+  const Pose X_OW = inverse(scene.X_WO[facet.object]);
   const Vec3 across_O = rotate(X_OW.q, normalized(proxy.g_W - p_W));
   // the proxy's own place, less the stand-off of a sphere that the servo adds
   const Vec3 point_O = X_OW * proxy.g_W - scene.radius * across_O;
-  const Feature face{FeatureKind::kFace, triangle};
-  set.contacts[set.n_contacts++] =
-      contact_at(scene, {object, triangle, face, point_O, across_O}, 1);
+  const Feature face{FeatureKind::kFace, facet.triangle};
+  set.contacts[set.n_contacts++] = contact_at(scene, facet, {face, point_O, across_O}, 1);
   set.n_active = set.n_contacts;
 }
 
@@ -53,10 +52,8 @@ void add_active(const ContactModel& model, const PointScene& scene, const PointP
     HAPTIC_ASSERT(i < move.active.size() && set.n_contacts < kMaxContacts);
     const ProxyPlane& plane = move.active[i];
     // on the facet itself: the force is taken from the un-offset proxy
-    const auto [feature, point_O, normal_O] = support_of(scene, plane, proxy.g_W);
-    set.contacts[set.n_contacts++] =
-        contact_at(scene, {plane.object, plane.triangle, feature, point_O, normal_O},
-                   crease_cosine(model, set, plane.object));
+    set.contacts[set.n_contacts++] = contact_at(scene, plane, support_of(scene, plane, proxy.g_W),
+                                                crease_cosine(model, set, plane.object));
   }
   set.n_active = set.n_contacts;
 }
@@ -89,7 +86,7 @@ void add_approaching(const ContactModel& model, const PointScene& scene, const P
         return;
       }
       set.contacts[set.n_contacts++] =
-          contact_at(scene, {i, closest.triangle, closest.feature, closest.point_O, normal_O},
+          contact_at(scene, {i, closest.triangle}, {closest.feature, closest.point_O, normal_O},
                      crease_cosine(model, set, i));
     }
   }

@@ -16,7 +16,6 @@ namespace {
 
 // of what has been left open, mended in one step where Bullet's rows alone hold
 constexpr double kMend = 0.5;
-constexpr double kHold = 1e6;  // κ over the heavier mass, as in sim/mobility.h
 
 bool is_mobile(const btRigidBody& body) {
   return body.getInvMass() > 0;

@@ -16,8 +16,8 @@ struct HoldDetector {
     if (!question.usable || nearest_surfaces(question.now, tool_W, question.reach, surfaces) == 0) {
       return;
     }
-    const auto& [object, triangle, feature, point_O, normal_O, depth] = surfaces[0];
-    set.contacts[0] = contact_at(question.now, {object, triangle, feature, point_O, normal_O}, 1);
+    const auto& [facet, at, depth] = surfaces[0];
+    set.contacts[0] = contact_at(question.now, facet, at, 1);
     set.n_contacts = 1;
     set.n_active = depth > 0;
   }

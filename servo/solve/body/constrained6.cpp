@@ -11,10 +11,7 @@ namespace haptic {
 namespace {
 
 Mat6 mass_of(const ToolBody& tool, const Quat& q_WC) {
-  const Mat3 R = to_matrix(q_WC);
-  const Vec3& i = tool.inertia_T;
-  const Mat3 scaled = from_columns(i.x * R.column(0), i.y * R.column(1), i.z * R.column(2));
-  return mass_matrix(tool.mass, scaled * transpose(R));
+  return mass_matrix(tool.mass, inertia_of(tool, q_WC));
 }
 
 /// The problem of this tick, about C at X_WG.

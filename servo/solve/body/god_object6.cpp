@@ -6,15 +6,14 @@
 
 #include "proto/math/assert.h"
 #include "proto/math/qp.h"
+#include "servo/solve/body/virtual_coupling.h"
 #include "servo/solve/point/shading.h"
 #include "servo/solve/point/texture.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kTouching = 1e-6;     // nearer to a row than this is on it [m]
-constexpr double kLeastSpring = 1e-6;  // that a metric can be made of [N/m]
-constexpr double kLeastTurn = 1e-3;    // of k_T radius², the same of rotation
+constexpr double kTouching = 1e-6;  // nearer to a row than this is on it [m]
 
 /// What this tick is solved from. Motions start from X_WG.
 struct Problem {
@@ -60,17 +59,6 @@ struct Answer {
     push_W[n_pushing++] = by_W;
   }
 };
-
-/// diag(k_T, k_R), none of them zero.
-void set_metric(const BodyTick& tick, Problem& problem) {
-  Coupling& c = problem.coupling;
-  c = tick.coupling;
-  c.translational_stiffness = std::max(c.translational_stiffness, kLeastSpring);
-  const double r2 = tick.tool.radius * tick.tool.radius;
-  c.rotational_stiffness =
-      std::max(c.rotational_stiffness, kLeastTurn * c.translational_stiffness * r2);
-  problem.metric = factor_metric(spring_matrix(c.translational_stiffness, c.rotational_stiffness));
-}
 
 /// Of the object that carried the last proxy, or the world.
 Pose carrier_pose(const GodObject6State& state, const BodyTick& tick) {
@@ -316,7 +304,8 @@ BodySolution solve_god_object6(const Materials& materials, GodObject6State& stat
     state = {};
     return out;
   }
-  set_metric(tick, problem);
+  problem.coupling = with_least_springs(tick.coupling, tick.tool.radius);
+  problem.metric = spring_metric(problem.coupling);
   pose_motion_problem(state, tick, problem);
   Selection all = all_rows(problem);
   Answer held = slide(problem, problem.hand, all);

@@ -20,20 +20,10 @@ struct Spin {
 };
 
 Spin spin_of(const ToolBody& tool, const BodyMotion& body) {
-  const Mat3 R = to_matrix(body.X_WC.q);
-  const Vec3& i = tool.inertia_T;
-  const Mat3 scaled = from_columns(i.x * R.column(0), i.y * R.column(1), i.z * R.column(2));
-  const Mat3 inertia = scaled * transpose(R);
+  const Mat3 inertia = inertia_of(tool, body.X_WC.q);
   const Vec3& w = body.V_WC.w;
   const Vec3 momentum = inertia * w;
   return {inertia, -cross(w, momentum), skew(momentum) + -1.0 * (skew(w) * inertia)};
-}
-
-Mat6 mass_matrix(const ToolBody& tool, const Spin& spin) {
-  Mat6 M;
-  add_block(M, 0, 0, tool.mass * Mat3{});
-  add_block(M, 3, 3, spin.inertia_W);
-  return M;
 }
 
 /// Solves [M − h D − h² K] Δu = h (f + h K u).
@@ -42,7 +32,7 @@ bool implicit_change(const ToolBody& tool, const BodyMotion& body, const BodyWre
   const Spin spin = spin_of(tool, body);
   Mat6 D = wrench.by_twist;
   add_block(D, 3, 3, spin.by_spin);
-  Mat6 A = mass_matrix(tool, spin);
+  Mat6 A = mass_matrix(tool.mass, spin.inertia_W);
   A += -h * D;
   A += -(h * h) * wrench.by_motion;
   const Wrench f = wrench.F_W + Wrench{{}, spin.torque_W};
@@ -88,7 +78,7 @@ bool explicit_change(const ToolBody& tool, const BodyMotion& body, const BodyWre
   const Spin spin = spin_of(tool, body);
   Wrench f = wrench.F_W + Wrench{{}, spin.torque_W};
   f = f + soft_contact_wrench(contacts, body).F_W;
-  return solve(mass_matrix(tool, spin), h * f, change);
+  return solve(mass_matrix(tool.mass, spin.inertia_W), h * f, change);
 }
 
 }  // namespace

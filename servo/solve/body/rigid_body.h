@@ -48,6 +48,14 @@ inline ToolMotion motion_of_tool(const ToolBody& body, const BodyMotion& centre)
   return {{centre.X_WC.p + arm_W, centre.X_WC.q}, {velocity_at(centre.V_WC, arm_W), centre.V_WC.w}};
 }
 
+/// The inertia about the centre of mass, in W, of a tool with this orientation.
+inline Mat3 inertia_of(const ToolBody& tool, const Quat& q_WC) {
+  const Mat3 R = to_matrix(q_WC);
+  const Vec3& i = tool.inertia_T;
+  const Mat3 scaled = from_columns(i.x * R.column(0), i.y * R.column(1), i.z * R.column(2));
+  return scaled * transpose(R);
+}
+
 /// One tick of a solver of a body: the objects, the hand, and what is in force between them.
 struct BodyTick : TickScene {
   ToolMotion hand;

@@ -37,8 +37,7 @@ RigidContact posed(const CarriedContact& carried, const Materials& materials, co
 
 Twist object_twist(const BodyTick& tick, uint32_t object, const Vec3& place_W) {
   if (object >= kMaxObjects) return {};
-  const Twist& V_WO = tick.V_WO[object];
-  return {velocity_at(V_WO, place_W - tick.X_WO[object].p), V_WO.w};
+  return twist_with(tick.V_WO[object], place_W - tick.X_WO[object].p);
 }
 
 RigidContacts carry_rigid_contacts(const Materials& materials, const BodyTick& tick,

@@ -23,12 +23,10 @@ struct RigidContact : CarriedContact {
   Twist V_W;  // of the object, at the tool's origin
 };
 
-struct RigidContacts {
-  std::array<RigidContact, kMaxContacts> contacts;
-  size_t size = 0;
+/// Not finite where the hand is not, too.
+struct RigidContacts : ContactsNow<RigidContact> {
   Pose X_WG;                     // carried along with `carrier`
   uint32_t carrier = kNoObject;  // the object of the first contact
-  bool finite = true;            // false: the set or the hand was not, and there are none
 };
 
 /// Which of a material's two ratios of friction is in force: that of sliding where it slid in the

@@ -2,18 +2,12 @@
 #pragma once
 
 #include "servo/solve/body/soft_contact.h"
-#include "servo/solve/carried_contacts.h"
 
 namespace haptic {
 
 /// The contacts of a soft proxy this tick: one-sided springs, and the rest of the linearised
 /// wrench.
-struct SoftContacts {
-  CarriedContacts carried;
-  std::array<SoftContact, kMaxContacts> contacts;  // made of these
-  size_t size = 0;
-  bool finite = true;
-
+struct SoftContacts : ContactsNow<SoftContact> {
   bool has_rest = false;
   uint32_t rest_object = 0;
   Pose X_WC0;               // pose at which the wrench was linearised, carried with its object
@@ -27,8 +21,6 @@ struct SoftContacts {
   Mat6 B;           // times the tool's twist about C, relative to rest_object
   Pose X_WO_brake;  // of that object
   Twist V_WO_brake;
-
-  std::span<const SoftContact> view() const { return {contacts.data(), size}; }
 };
 
 struct SoftCarry : TickScene {

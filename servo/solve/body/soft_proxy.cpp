@@ -17,7 +17,7 @@ void note_soft_pushes(const SoftContacts& contacts, const ToolBody& tool, const 
     const std::optional<ContactRow> row = pushing_row(contacts.contacts[i], body);
     if (!row) continue;
     ++out.n_pushing;
-    Wrench& sum = out.push_W[contacts.carried.contacts[i].object];
+    Wrench& sum = out.push_W[contacts.contacts[i].object];
     sum = sum + shift(row->push * row->unit, arm_W);
   }
   if (!contacts.has_rest) return;

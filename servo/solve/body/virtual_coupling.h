@@ -6,6 +6,12 @@
 
 namespace haptic {
 
+/// The coupling with springs that a metric can be made of, for a tool of this radius [m].
+Coupling with_least_springs(Coupling coupling, double radius);
+
+/// diag(k_T, k_R), factored; none of them may be zero.
+MotionMetric spring_metric(const Coupling& coupling);
+
 /// Wrench of the coupling on the proxy about its centre of mass C, in W, with its Jacobians:
 ///   f = sat(k_T s) + b_T (v_T − v_P),  s = x_T − x_P between the two tool origins,
 ///   τ = sat(k_R θ) + b_R (ω_T − ω_P),  θ the rotation vector of R_T R_Pᵀ along the shorter arc,

@@ -86,7 +86,7 @@ TEST_CASE("dynamics: one implicit step is that of the closed form", "[servo]") {
   tool.mass = 0.01;
   BodyMotion body{{{0, 0, -1e-3}, {}}, {{0, 0, -0.05}, {}}};
   BodyWrench f = coupling_wrench(spring(1000, 0), tool, {{{0, 0, -5e-3}, {}}, {}}, body);
-  const SoftContact floor{{}, {}, {0, 0, 1}, {}, 5000, 0};
+  const SoftContact floor = spring_contact({}, {}, {0, 0, 1}, 5000);
   const double force = 5000 * 1e-3 - 1000 * 4e-3;
   // h K u belongs to the right side: the spring force at the end of the step
   const double expected = (0.01 * -0.05 + kStep * force) / (0.01 + kStep * kStep * 6000);
@@ -128,7 +128,8 @@ TEST_CASE("dynamics: implicit energy never grows without input", "[servo][trap]"
   double before = std::numeric_limits<double>::infinity();
   std::vector<SoftContact> feet;
   for (const double x : {-0.02, 0.02}) {
-    for (const double y : {-0.02, 0.02}) feet.push_back({{x, y, 0}, {}, {0, 0, 1}, {}, k, 0});
+    for (const double y : {-0.02, 0.02})
+      feet.push_back(spring_contact({x, y, 0}, {}, {0, 0, 1}, k));
   }
   for (int i = 0; i < 2000; ++i) {
     const BodyWrench f = coupling_wrench(coupling, tool, hand, body);
@@ -161,9 +162,9 @@ TEST_CASE("dynamics: Jacobians of contacts and coupling against central differen
     // a surface that bends, beside the point of the contact, as far as it bends and beyond
     contact.curvature = random.uniform(5, 200);
     const Vec3 beside = cross(contact.normal_W, random.direction());
-    contact.object_point_W += (i % 2 == 0 ? 2e-3 : 2e-2) * beside;
+    contact.point_W += (i % 2 == 0 ? 2e-3 : 2e-2) * beside;
     const double fall = -gap_of(contact, body.X_WC);
-    contact.object_point_W += (1e-3 - std::min(fall, 0.0)) * contact.normal_W;
+    contact.point_W += (1e-3 - std::min(fall, 0.0)) * contact.normal_W;
     REQUIRE(norm(touch(body).F_W.f) > 0);
     CHECK(jacobian_error(touch, body, 1e-7, 1e-4) <= 1e-5);
     const ToolMotion hand{random.pose(0.12), random_twist(random, 0.2, 2)};
@@ -178,7 +179,8 @@ TEST_CASE("dynamics: Jacobians of contacts and coupling against central differen
 TEST_CASE("dynamics: a curved contact pushes as the ball it stands for", "[servo]") {
   // a point beside the top of a ball: distance √((R − d)² + s²) − R, to second order
   const double radius = 0.05;
-  const SoftContact contact{{}, {0, 0, radius}, {0, 0, 1}, {}, 1000, 0, 1 / radius};
+  SoftContact contact = spring_contact({}, {0, 0, radius}, {0, 0, 1}, 1000);
+  contact.curvature = 1 / radius;
   for (const double beside : {0.0, 1e-3, 2e-3, 4e-3}) {
     for (const double depth : {0.0, 2e-4, 5e-4}) {
       const Vec3 p{beside, 0, radius - depth};
@@ -207,7 +209,7 @@ TEST_CASE("dynamics: stable from 10 g to 1 kg at every coupling a device allows,
     std::vector<SoftContact> feet;
     for (const double x : {-0.02, 0.02}) {
       for (const double y : {-0.02, 0.02}) {
-        feet.push_back({{x, y, 0}, {x, y, 0}, {0, 0, 1}, {}, 2500, 0});
+        feet.push_back(spring_contact({x, y, 0}, {x, y, 0}, {0, 0, 1}, 2500));
       }
     }
     BodyMotion body{{{0, 0, 1e-3}, {}}, {{0, 0, -0.1}, {}}};
@@ -239,7 +241,7 @@ TEST_CASE("dynamics: a contact pushes out and never pulls", "[servo][trap]") {
     const double push = add_soft_contact(c, body, sum);
     REQUIRE(push >= 0);
     REQUIRE(dot(sum.F_W.f, c.normal_W) >= 0);
-    c.object_point_W = body.X_WC * c.tool_point_C - 1e-6 * c.normal_W;
+    c.point_W = body.X_WC * c.tool_point_C - 1e-6 * c.normal_W;
     BodyWrench apart;
     REQUIRE(add_soft_contact(c, body, apart) == 0);
     REQUIRE(apart.F_W == Wrench{});

@@ -17,7 +17,7 @@ TEST_CASE("quasi-static: equilibrium of two springs in closed form", "[servo]") 
   // x = (k_T x_h + k p)/(k_T + k), felt k_T (x_h − x)
   const ToolBody tool = kUnknownTool;
   const Coupling coupling{800, 0, 1, 0, 0, 0};
-  const SoftContact floor{{}, {}, {0, 0, 1}, {}, 3000, 0};
+  const SoftContact floor = spring_contact({}, {}, {0, 0, 1}, 3000);
   const Pose X_WT{{0, 0, -5e-3}, {}};
   const auto out = solve_quasi_static(coupling, tool, X_WT, {&floor, 1}, {}, kFree);
   CHECK(out.converged);
@@ -31,7 +31,7 @@ TEST_CASE("quasi-static: a hard wall a micrometre ahead of a long step", "[servo
   const ToolBody tool = kUnknownTool;
   const Coupling coupling{1000, 0, 1, 0, 0, 0};
   const double k = GENERATE(3e4, 3e5, 1e6);
-  const SoftContact wall{{}, {0, 0, -1e-6}, {0, 0, 1}, {}, 1 * k, 0};
+  const SoftContact wall = spring_contact({}, {0, 0, -1e-6}, {0, 0, 1}, k);
   const Pose X_WT{{2e-4, 0, -5e-4}, {}};
   const auto out = solve_quasi_static(coupling, tool, X_WT, {&wall, 1}, {}, {5e-4});
   CHECK(out.converged);
@@ -76,7 +76,7 @@ TEST_CASE("quasi-static: no iteration moves a point further than the trust regio
   const ToolBody tool = kUnknownTool;
   const Coupling coupling{800, 0, 1, 0, 0, 0};
   const Pose X_WT{{0.1, 0, 0}, from_rotation_vector({0, 0, 1})};
-  const SoftContact far{{}, {5, 0, 0}, {-1, 0, 0}, {}, 3000, 0};
+  const SoftContact far = spring_contact({}, {5, 0, 0}, {-1, 0, 0}, 3000);
   const auto out = solve_quasi_static(coupling, tool, X_WT, {&far, 1}, {}, {1e-3, 1, 1e-9});
   CHECK(out.iterations == 1);
   CHECK_FALSE(out.converged);
