@@ -18,6 +18,8 @@ double free_space_drag(const SoftProxyModel& model, BodyTick tick, const FreeMot
   const double omega = 2 * std::numbers::pi * motion.frequency;
   const auto start = static_cast<int>(kStart / motion.dt);
   const auto end = start + static_cast<int>(kPeriods / (motion.frequency * motion.dt));
+  const ContactSet none{};
+  tick.contacts = &none;
   SoftProxyState state;
   double most = 0;
   for (int i = 0; i < end; ++i) {

@@ -59,7 +59,7 @@ inline Mat3 inertia_of(const ToolBody& tool, const Quat& q_WC) {
 /// One tick of a solver of a body: the objects, the hand, and what is in force between them.
 struct BodyTick : TickScene {
   ToolMotion hand;
-  const ContactSet* contacts = nullptr;  // null: none
+  const ContactSet* contacts = nullptr;  // not null when it is solved
   double dt = 1e-3;                      // [s]
   ToolBody tool = kUnknownTool;
   Coupling coupling;

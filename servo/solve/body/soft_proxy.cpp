@@ -35,10 +35,10 @@ Wrench direct_wrench(const BodyTick& tick, const SoftContacts& contacts) {
 }
 
 void step_dynamics(const SoftProxyModel& model, const SoftContacts& contacts, const BodyTick& tick,
-                   const std::optional<FreeSpace>& space, BodySolution& out) {
+                   const FreeSpace& space, BodySolution& out) {
   const BodyMotion body = motion_of_centre(tick.tool, out.proxy);
   double max_travel = model.max_travel;
-  if (max_travel > 0 && space) max_travel += std::max(space->left_at(body.X_WC), 0.0);
+  if (max_travel > 0) max_travel += std::max(space.left_at(body.X_WC), 0.0);
   BodyWrench smooth = coupling_wrench(tick.coupling, tick.tool, tick.hand, body);
   const BodyWrench brake = brake_wrench(contacts, body);
   smooth.F_W = smooth.F_W + brake.F_W;
@@ -70,12 +70,12 @@ Pose within_travel(const SoftProxyModel& model, const ToolBody& tool, const Pose
 }
 
 /// Start of a massless proxy that cannot reach the hand in this tick.
-Pose start_of(const SoftProxyModel& model, const BodyTick& tick,
-              const std::optional<FreeSpace>& space, const Pose& X_WP) {
-  if (!space || !(model.max_travel > 0)) return X_WP;
+Pose start_of(const SoftProxyModel& model, const BodyTick& tick, const FreeSpace& space,
+              const Pose& X_WP) {
+  if (!(model.max_travel > 0)) return X_WP;
   const Pose X_WC = motion_of_centre(tick.tool, {X_WP, {}}).X_WC;
   const Pose X_hand = motion_of_centre(tick.tool, tick.hand).X_WC;
-  const std::optional<Pose> nearer = space->nearest_to(X_hand, X_WC);
+  const std::optional<Pose> nearer = space.nearest_to(X_hand, X_WC);
   return nearer ? tool_of_centre(tick.tool, *nearer) : X_WP;
 }
 
@@ -94,32 +94,25 @@ void find_equilibrium(const SoftProxyModel& model, const SoftContacts& contacts,
 
 BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state,
                               const BodyTick& tick) {
-  HAPTIC_ASSERT(tick.dt > 0 && !(model.max_travel < 0));
+  HAPTIC_ASSERT(tick.contacts != nullptr && tick.dt > 0 && !(model.max_travel < 0));
   BodySolution out;
-  SoftContacts contacts;
-  if (tick.contacts != nullptr) {
-    // without mass and velocity, dampers have no effect and the rest of a wrench no counterweight
-    const bool is_still = model.solver == SoftSolver::kQuasiStatic;
-    contacts =
-        carry_soft_contacts(*tick.contacts, tick.tool,
-                            {tick, model.contact_stiffness, is_still ? 0 : model.contact_damping});
-    if (is_still) contacts.has_rest = contacts.has_brake = false;
-  }
+  // without mass and velocity, dampers have no effect and the rest of a wrench no counterweight
+  const bool is_still = model.solver == SoftSolver::kQuasiStatic;
+  SoftContacts contacts =
+      carry_soft_contacts(*tick.contacts, tick.tool,
+                          {tick, model.contact_stiffness, is_still ? 0 : model.contact_damping});
+  if (is_still) contacts.has_rest = contacts.has_brake = false;
   out.finite = contacts.finite;
   if (!state.started || !out.finite) state.proxy = tick.hand;
   state.started = true;
   out.proxy = state.proxy;
   if (!out.finite) return out;
-  std::optional<FreeSpace> space;
-  if (tick.contacts != nullptr) {
-    space.emplace(*tick.contacts, tick.tool, tick.X_WO);
-    const bool at_hand = model.solver == SoftSolver::kDirect;
-    const ToolMotion& tool = at_hand ? tick.hand : state.proxy;
-    fade_past_extent(motion_of_centre(tick.tool, tool).X_WC, contacts);
-  }
+  const FreeSpace space(*tick.contacts, tick.tool, tick.X_WO);
+  const ToolMotion& faded = model.solver == SoftSolver::kDirect ? tick.hand : state.proxy;
+  fade_past_extent(motion_of_centre(tick.tool, faded).X_WC, contacts);
   // a proxy with mass need not be where the hand is
   const bool is_massless = model.solver != SoftSolver::kPenaltyDynamics;
-  if (is_massless && space && space->left_at(motion_of_centre(tick.tool, tick.hand).X_WC) > 0) {
+  if (is_massless && space.left_at(motion_of_centre(tick.tool, tick.hand).X_WC) > 0) {
     out.proxy = state.proxy = tick.hand;
     return out;
   }

@@ -199,11 +199,12 @@ TEST_CASE("soft loop: retreat at 0.5 m/s with contact at 100 Hz is never attract
         for (int i = 0; i < 150; ++i) {
           const ToolMotion hand = motion_at(path, kTick * i);
           if (i >= 50) loop.every = 10;
+          const ContactSet none{};
           SoftProxyState alone = loop.state;
           const BodySolution with = loop.tick(hand);
           const BodySolution without = solve_soft_proxy(
               loop.model, alone,
-              {{}, hand, nullptr, kTick, loop.in_force.tool, loop.in_force.coupling});
+              {{}, hand, &none, kTick, loop.in_force.tool, loop.in_force.coupling});
           CAPTURE(static_cast<int>(asked), static_cast<int>(solver), i, late, tilt, away);
           CAPTURE(with.F_hand_W.f.z, without.F_hand_W.f.z, hand.X_WT.p.z);
           REQUIRE(with.F_hand_W.f.z >= without.F_hand_W.f.z - 1e-9);
