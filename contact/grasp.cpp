@@ -22,11 +22,6 @@ const RendererRow& renderer_of(const ContactSet& set) {
   return row_of(static_cast<Renderer>(set.renderer));
 }
 
-/// The pose that the contacts of a set are those of. A tool that may enter objects is its proxy.
-const Pose& place_of(const ContactSet& set) {
-  return renderer_of(set).moves == Moves::kSoftBody ? set.X_WT : set.X_WG;
-}
-
 /// Gap between the proxy and a contact's plane [m].
 double gap_of(const ContactModel& model, const ContactSet& set, const Contact& c) {
   const Pose& X_WO = set.X_WO[c.object];
@@ -57,7 +52,7 @@ void add_guides(const Grasp& grasp, const ContactModel& model, ContactSet& set) 
     set.n_contacts = kMaxContacts - n_guides;
     set.n_active = std::min(set.n_active, set.n_contacts);
   }
-  const ToolBody& body = model.bodies.body;
+  const ToolBody& body = model.body;
   for (uint32_t i = 0; i < n_guides; ++i) {
     const size_t k = i % 3;
     Vec3 point_T = is_body ? body.centre_T : Vec3{};
@@ -89,13 +84,13 @@ ServoFrame drawn_frame(const Grasp& grasp, const ServoFrame& servo, const SceneF
   Twist V_WP;
   if (scene != nullptr) {
     const Twist V_WO = object_twist_at(*scene, grasp.object, servo.t_ns, push_of(servo));
-    V_WP = {velocity_at(V_WO, X_WP.p - X_WO.p), V_WO.w};
+    V_WP = twist_with(V_WO, X_WP.p - X_WO.p);
   }
   const bool is_body =
       is_renderer(servo.renderer) && is_of_body(static_cast<Renderer>(servo.renderer));
   if (!is_body) X_WP.q = servo.X_WT.q, V_WP.w = servo.V_WT.w;
   drawn.X_WT = drawn_towards(servo.X_WT, X_WP, strength);
-  drawn.V_WT = servo.V_WT + strength * (V_WP - servo.V_WT);
+  drawn.V_WT = drawn_towards(servo.V_WT, V_WP, strength);
   return drawn;
 }
 
@@ -106,7 +101,7 @@ void seize(Grasp& grasp, const ContactModel& model, const ServoFrame& servo,
   for (uint32_t i = 0; i < set.n_contacts; ++i) {
     const Contact& c = set.contacts[i];
     const double gap = gap_of(model, set, c);
-    if (c.object >= model.n_objects || !(gap <= nearest)) continue;
+    if (c.object >= model.shapes.size() || !(gap <= nearest)) continue;
     nearest = gap;
     grasp.object = c.object;
   }

@@ -25,7 +25,7 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
   double speed = norm(servo.V_WT.v);
   // the rim of a body may be faster than the hand, and its proxy faster than both
   if (is_of_body(state.renderer)) {
-    const double rim = norm(model.bodies.body.centre_T) + model.bodies.body.radius;
+    const double rim = norm(model.body.centre_T) + model.body.radius;
     speed =
         std::max(speed + rim * norm(servo.V_WT.w), norm(servo.V_WP.v) + rim * norm(servo.V_WP.w));
   }
@@ -49,7 +49,7 @@ ContactSet begin_set(const ContactModel& model, const ServoFrame& servo, const S
   set.answers_t_ns = servo.t_ns;
   set.X_WT = servo.X_WT;
   if (is_finite(servo.X_WT)) set.X_WG = servo.X_WT;
-  set.n_objects = model.n_objects;
+  set.n_objects = static_cast<uint32_t>(model.shapes.size());
   if (scene == nullptr) {
     set.flags |= kContactNoScene;
   } else {
@@ -74,12 +74,11 @@ ContactState::ContactState(const ContactModel& model) : renderer(model.renderer)
   ContactQuestion question{servo, nullptr, renderer, scene_at(model, nullptr, servo, 0)};
   question.usable = false;
   ContactSet set{};
-  detector_of(renderer)(model, detector, question, set);
+  detect(model, detector, question, set);
 }
 
 ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& hand,
                         const SceneFrame* scene) {
-  HAPTIC_ASSERT(model.n_objects <= kMaxObjects);
   HAPTIC_ASSERT(model.servo_period > 0 && state.period >= 0);
   const bool seizes = follow_button(state.grasp, model.grasp_button, hand);
   const PointScene now = scene_at(model, scene, hand, hand.t_ns);
@@ -98,7 +97,7 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   question.reach = look_ahead(model, state, servo, scene);
   if (!question.usable) set.flags |= kContactNoFreePose;
 
-  detector_of(renderer)(model, state.detector, question, set);
+  detect(model, state.detector, question, set);
   HAPTIC_ASSERT(set.n_contacts <= kMaxContacts && set.n_active <= set.n_contacts);
   HAPTIC_ASSERT(set.n_objects <= kMaxObjects);
   if ((set.flags & kContactNoFreePose) != 0) set.n_contacts = set.n_active = 0;

@@ -14,7 +14,7 @@ struct ContactState {
   /// With the detector of the session's renderer.
   explicit ContactState(const ContactModel& model);
 
-  DetectorState detector;  // of the last question's renderer
+  AnyDetector detector;  // of the last question's renderer
   Renderer renderer{};
   Grasp grasp;
   uint64_t seq = 0;
@@ -25,9 +25,9 @@ struct ContactState {
 
 /// Answers one ServoFrame, as far as what is grasped draws the tool (grasp.h), with the detector of
 /// its renderer, which looks ahead to what the tool may reach before the next two answers, within
-/// v·(2·T_contact + T). `scene` may be null. Another renderer than before begins with a detector
-/// that has kept nothing, unless the two share it. Allocates nothing, but for another detector, and
-/// for what a rigid tool remembers of the surfaces near it, which grows until it has held the most.
+/// v·(2·T_contact + T). `scene` may be null. Another detector than before begins knowing nothing.
+/// Allocates nothing, but for another detector, and for what a rigid tool remembers of the surfaces
+/// near it, which grows until it has held the most.
 ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& servo,
                         const SceneFrame* scene);
 

@@ -99,5 +99,6 @@ foreach(header IN LISTS headers)
   list(APPEND alone ${CMAKE_CURRENT_BINARY_DIR}/headers/${header}.cpp)
 endforeach()
 add_library(haptic_headers OBJECT EXCLUDE_FROM_ALL ${alone})
+target_include_directories(haptic_headers PRIVATE ${PROJECT_BINARY_DIR}/generated)
 target_link_libraries(haptic_headers PRIVATE haptic_flags Eigen3::Eigen nlohmann_json::nlohmann_json
   PkgConfig::bullet)

@@ -152,7 +152,7 @@ FreeRegion proven_region(const ServoModel& model, const ServoState& state, const
   const auto renderer = static_cast<Renderer>(set->renderer);
   if (is_of_body(renderer)) return {};
   const bool is_sphere = row_of(renderer).moves == Moves::kSphere;
-  return free_region(*set, scene, is_sphere ? model.virtual_proxy.radius : 0);
+  return free_region(*set, scene, is_sphere ? model.proxy_radius : 0);
 }
 
 /// The body brought to the pose whose tool is at X_WP.

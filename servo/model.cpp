@@ -9,27 +9,23 @@
 namespace haptic {
 namespace {
 
-/// What is known before contact has baked the tool.
-SoftProxyModel body_model(const SessionConfig& config) {
-  SoftProxyModel body;
-  body.integrator = config.proxy.integrator;
-  body.tool.mass = config.tool.mass;
-  body.coupling.max_force = config.coupling.max_force;
-  body.coupling.max_torque = config.coupling.max_torque;
-  body.contact_stiffness = config.proxy.contact_stiffness;
-  body.contact_damping = config.proxy.contact_damping;
+SoftProxyModel soft_model(const SessionConfig& config) {
+  SoftProxyModel soft;
+  soft.integrator = config.proxy.integrator;
+  soft.contact_stiffness = config.proxy.contact_stiffness;
+  soft.contact_damping = config.proxy.contact_damping;
   // a point moves at most half the band in a tick, so that none passes it unseen; without a field
   // a voxel, as McNeely has it
-  body.max_travel = config.voxel.field != 0 ? 0.5 * config.voxel.band : config.voxel.size;
-  return body;
+  soft.max_travel = config.voxel.field != 0 ? 0.5 * config.voxel.band : config.voxel.size;
+  return soft;
 }
 
 /// The scene of an admittance device is as hard as the device: nothing may hold a body back from a
 /// wall, or let it into one.
 void show_body(const SessionConfig& config, ServoModel& model) {
   model.admittance = config.device.admittance;
-  model.body.coupling.max_force = model.body.coupling.max_torque = 0;
-  for (MaterialConfig& material : model.virtual_proxy.materials) material.stiffness_share = 1;
+  model.coupling.max_force = model.coupling.max_torque = 0;
+  for (MaterialConfig& material : model.materials.of_object) material.stiffness_share = 1;
 }
 
 }  // namespace
@@ -41,8 +37,7 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
   model.dt = 1 / config.servo_rate;
   model.sim_period = 1 / config.sim_rate;
   model.map = config.map;
-  model.coupling = {config.coupling.translational_stiffness, config.coupling.translational_damping,
-                    config.coupling.rotational_stiffness, config.coupling.rotational_damping};
+  model.coupling = config.coupling;
   // a recorded hand is not in the loop
   if (!row_of(config.device.kind).is_recorded) {
     model.moving = moving_axis(config);
@@ -51,14 +46,15 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
   }
   model.dead_man_button = config.safety.dead_man_button;
   model.renderer = config.renderer;
-  model.virtual_proxy.radius = config.proxy_radius;
-  model.virtual_proxy.images = config.images;
+  model.proxy_radius = config.proxy_radius;
+  model.materials.images = config.images;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
-    model.virtual_proxy.materials[i] = config.objects[i].material;
+    model.materials.of_object[i] = config.objects[i].material;
   }
   model.proxy = config.proxy;
-  model.rigid_solver = config.rigid.solver;
-  model.body = body_model(config);
+  model.constrained6.solver = config.rigid.solver;
+  model.soft = soft_model(config);
+  model.tool.mass = config.tool.mass;
   SafetyLimits& limits = model.limits;
   limits.max_force = std::min(config.safety.max_force, device.max_force);
   limits.max_torque = std::min(config.safety.max_torque, device.max_torque);

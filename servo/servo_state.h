@@ -7,7 +7,7 @@
 #include "servo/admittance/seen_space.h"
 #include "servo/render/grasped.h"
 #include "servo/render/light_bodies.h"
-#include "servo/render/render.h"
+#include "servo/render/solvers.h"
 #include "servo/safety/contact_age.h"
 #include "servo/safety/coupling.h"
 #include "servo/safety/safety.h"
@@ -58,10 +58,9 @@ struct ServoState {
   Coupling coupling;  // in force
   CouplingRamp ramp;
   Renderer renderer{};                    // wanted
-  Render* solver = nullptr;               // in use
   std::optional<SoftSolver> soft_solver;  // in use, of a soft body; none: the session's
   bool letting_go = false;                // another one is wanted, and the force is not yet zero
-  RenderState render;                     // its own
+  RenderState render;                     // the solver in use
   GraspState grasp;
   LightBodies light;
   ContactAge age;

@@ -53,15 +53,13 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
     none.X_WP = tool.X_WT;
     return none;
   }
-  Render& solver = render_of(static_cast<Renderer>(input.contacts->renderer));
-  if (state.solver != &solver) state.render.forget();
-  state.solver = &solver;
   RenderQuestion question{*input.contacts, touch.scene,  coupling,   tool.X_WT,
                           tool.V_WT,       std::nullopt, input.t_ns, state.soft_solver};
   if (state.started) question.X_WT_before = state.X_WT;
   const Hold hold = hold_of(model, state.grasp, question, held_body(model, state, input));
   draw_tool(hold, state.grasp, question, touch.scene);
-  Rendered rendered = solver(model, question, state.render);
+  const auto renderer = static_cast<Renderer>(input.contacts->renderer);
+  Rendered rendered = rendered_by(renderer, model, question, state.render);
   add_hold(hold, question, rendered);
   // the body of an admittance device stops where the scene does: all that it loses is the object's
   if (!model.admittance &&
@@ -232,8 +230,11 @@ void follow_control(const ServoModel& model, ServoState& state, const ServoInput
   const uint32_t renderer = input.control->renderer;
   if (is_renderer(renderer)) state.renderer = static_cast<Renderer>(renderer);
   const Coupling wanted{input.control->translational_stiffness,
-                        input.control->translational_damping, input.control->rotational_stiffness,
-                        input.control->rotational_damping};
+                        input.control->translational_damping,
+                        input.control->rotational_stiffness,
+                        input.control->rotational_damping,
+                        model.coupling.max_force,
+                        model.coupling.max_torque};
   state.coupling = ramp_coupling(state.ramp, wanted, model.dt);
   follow_soft_solver(state, input);
 }

@@ -10,7 +10,6 @@
 namespace haptic {
 namespace {
 
-constexpr double kHold = 1e6;    // κ over the heaviest mass
 constexpr double kFixed = 1e-5;  // of the free mobility: what is less is held
 
 constexpr int kMostRows = static_cast<int>(6 * kMostNeighbours);
@@ -115,20 +114,10 @@ Mat6 mobility_at_centre(std::span<const BodyInertia> bodies, std::span<const Con
 
 Mat6 mobility_at(const Mat6& at_centre, const Vec3& arm_W) {
   // v_origin = v_centre + ω × arm: T = [1, −[arm]×; 0, 1]
-  Mat6 T, half, out;
+  Mat6 T;
   for (size_t i = 0; i < 6; ++i) T(i, i) = 1;
   add_block(T, 0, 3, -1 * skew(arm_W));
-  for (size_t i = 0; i < 6; ++i) {
-    for (size_t j = 0; j < 6; ++j) {
-      for (size_t k = 0; k < 6; ++k) half(i, j) += T(i, k) * at_centre(k, j);
-    }
-  }
-  for (size_t i = 0; i < 6; ++i) {
-    for (size_t j = 0; j < 6; ++j) {
-      for (size_t k = 0; k < 6; ++k) out(i, j) += half(i, k) * T(j, k);
-    }
-  }
-  return out;
+  return T * at_centre * transpose(T);
 }
 
 }  // namespace haptic

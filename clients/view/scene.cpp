@@ -75,7 +75,7 @@ Json renderers_json(const SceneInfo& info) {
   for (const RendererRow& row : kRenderers) {
     std::string lack;
     if (info.config) {
-      const CouplingConfig& coupling = info.config->coupling;
+      const Coupling& coupling = info.config->coupling;
       lack = lack_of(*info.config, row.id, solver_of(info.config->proxy, row.id),
                      {coupling.translational_stiffness, coupling.rotational_stiffness},
                      baked_for(*info.config));

@@ -2,9 +2,13 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
-#include "contact/detect/body/body_detectors.h"
-#include "contact/detect/body/rigid_tool.h"
+#include "contact/detect/body/clear_pose.h"
+#include "contact/detect/body/exact.h"
+#include "contact/detect/body/god_object6.h"
+#include "contact/detect/body/pieces.h"
+#include "contact/detect/body/voxel.h"
 #include "contact/detect/point/point_proxy.h"
 #include "contact/shape/baked/contact_shapes.h"
 #include "proto/config/config.h"
@@ -12,22 +16,37 @@
 
 namespace haptic {
 
-/// All that is constant after start.
+/// All that is constant after start. Not copyable: voxel.objects views `volumes`.
 struct ContactModel {
-  std::array<MeshShape, kMaxObjects> shapes;
-  uint32_t n_objects = 0;
+  ContactModel() = default;
+  ContactModel(ContactModel&&) = default;
+  ContactModel& operator=(ContactModel&&) = default;
+
+  bool has_tool() const { return body.mass > 0; }
+  bool has_maps() const { return has_tool() && !volumes.empty(); }
+
+  std::vector<MeshShape> shapes;                    // of the objects
   std::array<Pose, kMaxObjects> X_WO;               // configured poses, until a SceneFrame arrives
   double epsilon = 1e-7;                            // stand-off of the verified proxy [m]
   double radius = 0;                                // of the proxy of virtual-proxy3 [m]
   std::array<double, kMaxObjects> crease_cosine{};  // smoother edges are shaded; 1: none
   double servo_period = 1e-3;                       // [s]
   double prediction = 1e-3;  // from the question to the tick that uses the answer [s]
-  BodyModel bodies;
+  MeshShape tool;
+  ToolBody body{};  // of the tool; mass 0: it is a point
   GodObject6Options rigid;
+  ExactOptions exact;
+  PieceModel pieces;
+  std::vector<VoxelObject> volumes;
+  VoxelModel voxel;
+  ClearanceModel clearance;   // of voxel
   bool has_friction = false;  // of any object
   int32_t grasp_button = -1;  // bit of DeviceState::buttons; −1: nothing is grasped
   Renderer renderer{};        // that the session begins with
 };
+
+/// The options of the god-object of six degrees of freedom, from a session's config.
+GodObject6Options god_object_options(const SessionConfig& config, const ToolBody& body);
 
 ContactModel build_contact_model(const SessionConfig& config, const ContactShapes& shapes);
 
@@ -50,16 +69,9 @@ PointScene scene_at(const ContactModel& model, const SceneFrame* scene, const Se
 std::array<Twist, kMaxObjects> twists_at(const ContactModel& model, const SceneFrame* scene,
                                          const ServoFrame& servo);
 
-/// Where something touches or may touch: on which facet.
-struct FacetContact {
-  uint32_t object;
-  uint32_t triangle;
-  Feature feature;
-  Vec3 point_O;
-  Vec3 normal_O;
-};
-
-/// The contact of a sphere of the scene's radius there; edges smoother than the crease are shaded.
-Contact contact_at(const PointScene& scene, const FacetContact& at, double crease_cosine);
+/// The contact of a sphere of the scene's radius with this facet, where that supports it; edges
+/// smoother than the crease are shaded.
+Contact contact_at(const PointScene& scene, const ProxyPlane& facet, const ProxySupport& at,
+                   double crease_cosine);
 
 }  // namespace haptic

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/detector.h"
+#include "contact/detect/nearest_detector.h"
+
 #include "contact/detect/point/nearest_surface.h"
 #include "proto/math/assert.h"
 
@@ -10,33 +11,26 @@ Vec3 report(const PointScene& scene, const Vec3& tool_W, double reach, ContactSe
   std::array<NearestSurface, kMaxObjects> surfaces;
   const size_t count = nearest_surfaces(scene, tool_W, reach, surfaces);
   for (size_t i = 0; i < count; ++i) {
-    const auto& [object, triangle, feature, point_O, normal_O, depth] = surfaces[i];
+    const auto& [facet, at, depth] = surfaces[i];
     HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
-    set.contacts[set.n_contacts++] =
-        contact_at(scene, {object, triangle, feature, point_O, normal_O}, 1);
+    set.contacts[set.n_contacts++] = contact_at(scene, facet, at, 1);
     set.n_active += depth > 0;
   }
   set.free_fraction = 1;
   if (set.n_active == 0) return tool_W;
   const NearestSurface& deepest = surfaces[0];
-  return scene.X_WO[deepest.object] * (deepest.point_O + scene.epsilon * deepest.normal_O);
+  return scene.X_WO[deepest.facet.object] *
+         (deepest.at.point_O + scene.epsilon * deepest.at.normal_O);
 }
-
-struct Free {
-  Vec3 place_W;
-};
 
 }  // namespace
 
-/// The detector of the penalty method: the nearest surface of each object, seen from where the tool
-/// is now. It keeps no proxy: the free place next to the tool stands for it.
-void detect_nearest(const ContactModel&, DetectorState& state, const ContactQuestion& question,
-                    ContactSet& set) {
-  Vec3& free_W = state.keep<Free>().place_W;
+void NearestDetector::detect(const ContactModel&, const ContactQuestion& question,
+                             ContactSet& set) {
   const Pose& X_WT = question.servo.X_WT;
   if (question.usable && question.changed) set.flags |= kContactReseeded;
-  if (question.usable) free_W = report(question.now, X_WT.p, question.reach, set);
-  set.X_WG = {free_W, X_WT.q};
+  if (question.usable) free_W_ = report(question.now, X_WT.p, question.reach, set);
+  set.X_WG = {free_W_, X_WT.q};
 }
 
 }  // namespace haptic

@@ -36,14 +36,13 @@ double crease_cosine(const ContactModel& model, const ContactSet& set, uint32_t 
 void add_hold(const PointScene& scene, const PointProxy& proxy, const ProxyMove& move,
               const Vec3& p_W, ContactSet& set) {
   HAPTIC_ASSERT(move.n_active > 0 && set.n_contacts < kMaxContacts);
-  const auto [object, triangle] = move.active[0];
-  const Pose X_OW = inverse(scene.X_WO[object]);
+  const ProxyPlane& facet = move.active[0];
+  const Pose X_OW = inverse(scene.X_WO[facet.object]);
   const Vec3 across_O = rotate(X_OW.q, normalized(proxy.g_W - p_W));
   // the proxy's own place, less the stand-off of a sphere that the servo adds
   const Vec3 point_O = X_OW * proxy.g_W - scene.radius * across_O;
-  const Feature face{FeatureKind::kFace, triangle};
-  set.contacts[set.n_contacts++] =
-      contact_at(scene, {object, triangle, face, point_O, across_O}, 1);
+  const Feature face{FeatureKind::kFace, facet.triangle};
+  set.contacts[set.n_contacts++] = contact_at(scene, facet, {face, point_O, across_O}, 1);
   set.n_active = set.n_contacts;
 }
 
@@ -53,10 +52,8 @@ void add_active(const ContactModel& model, const PointScene& scene, const PointP
     HAPTIC_ASSERT(i < move.active.size() && set.n_contacts < kMaxContacts);
     const ProxyPlane& plane = move.active[i];
     // on the facet itself: the force is taken from the un-offset proxy
-    const auto [feature, point_O, normal_O] = support_of(scene, plane, proxy.g_W);
-    set.contacts[set.n_contacts++] =
-        contact_at(scene, {plane.object, plane.triangle, feature, point_O, normal_O},
-                   crease_cosine(model, set, plane.object));
+    set.contacts[set.n_contacts++] = contact_at(scene, plane, support_of(scene, plane, proxy.g_W),
+                                                crease_cosine(model, set, plane.object));
   }
   set.n_active = set.n_contacts;
 }
@@ -68,7 +65,7 @@ bool is_reported(const ContactSet& set, uint32_t object, const Feature& feature)
 }
 
 void add_approaching(const ContactModel& model, const PointScene& scene, const PointProxy& proxy,
-                     double reach, LedPoint& state, ContactSet& set) {
+                     double reach, PointDetector& state, ContactSet& set) {
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 g_O = inverse(scene.X_WO[i]) * proxy.g_W;
     NearResult near =
@@ -89,7 +86,7 @@ void add_approaching(const ContactModel& model, const PointScene& scene, const P
         return;
       }
       set.contacts[set.n_contacts++] =
-          contact_at(scene, {i, closest.triangle, closest.feature, closest.point_O, normal_O},
+          contact_at(scene, {i, closest.triangle}, {closest.feature, closest.point_O, normal_O},
                      crease_cosine(model, set, i));
     }
   }
@@ -98,7 +95,7 @@ void add_approaching(const ContactModel& model, const PointScene& scene, const P
 /// Adds the facets that will support a proxy led on to p_W, where the tool will be when the answer
 /// is used, and the facets that it may reach.
 void add_contacts(const ContactModel& model, const PointScene& then, const Vec3& p_W, double reach,
-                  LedPoint& state, ContactSet& set) {
+                  PointDetector& state, ContactSet& set) {
   // it goes ahead and is put back; what its queries found serves the next step as well
   PointProxy& proxy = state.proxy;
   const ProxyPlace verified = proxy;
@@ -114,7 +111,7 @@ void add_contacts(const ContactModel& model, const PointScene& then, const Vec3&
 }
 
 /// Moves the proxy and reports the contacts of the place where it will be when they are used.
-void lead(const ContactModel& model, LedPoint& state, const ContactQuestion& question,
+void lead(const ContactModel& model, PointDetector& state, const ContactQuestion& question,
           ContactSet& set) {
   const ServoFrame& servo = question.servo;
   HAPTIC_ASSERT(model.prediction >= 0 && state.proxy.seeded);
@@ -130,10 +127,8 @@ void lead(const ContactModel& model, LedPoint& state, const ContactQuestion& que
 
 }  // namespace
 
-void detect_point(const ContactModel& model, DetectorState& state, const ContactQuestion& question,
-                  ContactSet& set) {
-  LedPoint& kept = state.keep<LedPoint>();
-  PointProxy& proxy = kept.proxy;
+void PointDetector::detect(const ContactModel& model, const ContactQuestion& question,
+                           ContactSet& set) {
   const ServoFrame& servo = question.servo;
   // nothing is felt: the hand may pass through objects, and begins where it then is
   if (question.usable && (servo.flags & kServoClosed) != 0) proxy.seeded = false;
@@ -142,7 +137,7 @@ void detect_point(const ContactModel& model, DetectorState& state, const Contact
   } else if (question.usable && !proxy.seeded) {
     set.flags |= seed(question.now, servo, proxy);
   }
-  if (question.usable && proxy.seeded) lead(model, kept, question, set);
+  if (question.usable && proxy.seeded) lead(model, *this, question, set);
   set.X_WG = {proxy.g_W, servo.X_WT.q};
   // crushed between objects, or nowhere to start: seed anew next time
   if ((set.flags & kContactNoFreePose) != 0) proxy.seeded = false;

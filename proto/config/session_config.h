@@ -84,13 +84,16 @@ inline double default_band(const VoxelConfig& voxel) {
 /// How the servo waits for the next tick.
 enum class Wake : uint32_t { kSleep = 0, kHybrid = 1 };
 
-struct CouplingConfig {
-  double translational_stiffness = 800;  // [N/m], scene units
-  double translational_damping = 0;      // [N·s/m]
-  double rotational_stiffness = 0;       // [N·m/rad]
-  double rotational_damping = 0;         // [N·m·s/rad]
-  double max_force = 0;                  // of the spring on a 6-DoF proxy; 0: no bound [N]
-  double max_torque = 0;                 // likewise [N·m]; 0: no bound
+/// The virtual coupling: springs and dampers between hand and proxy, in scene units.
+struct Coupling {
+  double translational_stiffness = 0;  // k_T [N/m]
+  double translational_damping = 0;    // b_T [N·s/m]
+  double rotational_stiffness = 0;     // k_R [N·m/rad], 6-DoF tools only
+  double rotational_damping = 0;       // b_R [N·m·s/rad]
+  double max_force = 0;                // of the spring on a 6-DoF proxy; 0: no bound [N]
+  double max_torque = 0;               // likewise [N·m]; 0: no bound
+
+  bool operator==(const Coupling&) const = default;
 };
 
 struct SafetyConfig {
@@ -127,7 +130,7 @@ struct SessionConfig {
   ProxyConfig proxy;
   DeviceMap map;
   DeviceConfig device;
-  CouplingConfig coupling;
+  Coupling coupling{.translational_stiffness = 800};
   SafetyConfig safety;
   uint32_t n_objects = 0;
   Wake servo_wake = Wake::kSleep;

@@ -28,6 +28,24 @@ constexpr Mat6 operator*(double s, const Mat6& m) {
   return scaled;
 }
 
+constexpr Mat6 operator*(const Mat6& a, const Mat6& b) {
+  Mat6 c;
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t j = 0; j < 6; ++j) {
+      for (size_t k = 0; k < 6; ++k) c(i, j) += a(i, k) * b(k, j);
+    }
+  }
+  return c;
+}
+
+constexpr Mat6 transpose(const Mat6& m) {
+  Mat6 t;
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t j = 0; j < 6; ++j) t(i, j) = m(j, i);
+  }
+  return t;
+}
+
 constexpr std::array<double, 6> components(const Vec3& first, const Vec3& second) {
   return {first.x, first.y, first.z, second.x, second.y, second.z};
 }

@@ -1,37 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The renderers of a tool that may enter objects, with six degrees of freedom: soft contacts at
-// this tick, the proxy of the session's solver, the coupling's wrench.
 #include "servo/render/body.h"
 
-#include <algorithm>
-
-#include "proto/config/renderer_needs.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
-
-constexpr double kMostTicks = 20;  // that an answer's look-ahead is shared among
-
-/// What the session says, with the coupling in force and the tool that contact has baked.
-SoftProxyModel soft_proxy_model(const ServoModel& model, const RenderQuestion& question) {
-  SoftProxyModel proxy = model.body;
-  const auto renderer = static_cast<Renderer>(question.contacts.renderer);
-  proxy.solver = question.soft_solver.value_or(solver_of(model.proxy, renderer));
-  proxy.coupling = coupling_in_force(model, question);
-  proxy.tool = tool_in_force(model, question.contacts);
-  // triangles that meet have no band to leave
-  if (!row_of(renderer).has_maps) proxy.max_travel = 0;
-  return proxy;
-}
-
-/// Bound on how far a point of the hand's tool has moved in this tick [m].
-double hand_travel(const RigidBody& tool, const RenderQuestion& question) {
-  if (!question.X_WT_before) return 0;
-  const Pose before = motion_of_centre(tool, {*question.X_WT_before, {}}).X_WC;
-  const Pose now = motion_of_centre(tool, {question.X_WT, {}}).X_WC;
-  return largest_travel(way_between(before, now), tool.radius);
-}
 
 /// The object that pushes the proxy hardest; kNoObject if none does.
 uint32_t carrier_of(const BodySolution& solution) {
@@ -46,35 +19,14 @@ uint32_t carrier_of(const BodySolution& solution) {
 
 }  // namespace
 
-void limit_step(const ServoModel& model, const RenderQuestion& question, FeltStep& state,
-                BodySolution& solution) {
-  // contacts that do not count any more, or not yet, are not held either
-  if (!solution.finite || !(question.scene.weight > 0)) {
-    state = {};
-    return;
-  }
-  const uint32_t giver = state.carrier;
-  const Coupling& k = question.coupling;
-  const Wrench F_W = limit_felt_step(state,
-                                     {solution.F_hand_W, question.X_WT, carrier_of(solution),
-                                      k.translational_stiffness, k.rotational_stiffness, model.dt},
-                                     question.scene.X_WO);
-  const Wrench added_W = F_W + -solution.F_hand_W;
-  if (giver < kMaxObjects) solution.push_W[giver] = solution.push_W[giver] + added_W;
-  solution.F_hand_W = F_W;
+const ToolBody& tool_in_force(const ServoModel& model, const ContactSet& contacts) {
+  return contacts.tool.mass > 0 ? contacts.tool : model.tool;
 }
 
-VirtualCoupling coupling_in_force(const ServoModel& model, const RenderQuestion& question) {
-  VirtualCoupling coupling = model.body.coupling;
-  coupling.translational_stiffness = question.coupling.translational_stiffness;
-  coupling.translational_damping = question.coupling.translational_damping;
-  coupling.rotational_stiffness = question.coupling.rotational_stiffness;
-  coupling.rotational_damping = question.coupling.rotational_damping;
-  return coupling;
-}
-
-RigidBody tool_in_force(const ServoModel& model, const ContactSet& contacts) {
-  return contacts.tool.mass > 0 ? rigid_body_of(contacts.tool) : model.body.tool;
+BodyTick body_tick(const ServoModel& model, const RenderQuestion& question) {
+  HAPTIC_ASSERT(model.dt > 0);
+  return {question.scene, {question.X_WT, question.V_WT},          &question.contacts,
+          model.dt,       tool_in_force(model, question.contacts), question.coupling};
 }
 
 Rendered rendered_body(const RenderQuestion& question, const BodySolution& solution) {
@@ -91,31 +43,26 @@ Rendered rendered_body(const RenderQuestion& question, const BodySolution& solut
   out.n_pushing = solution.n_pushing;
   out.finite = solution.finite;
   out.converged = solution.converged;
-  std::copy(solution.push_W.begin(), solution.push_W.end(), out.push_W.begin());
+  out.push_W = solution.push_W;
   return out;
 }
 
-Rendered render_soft_proxy(const ServoModel& model, const RenderQuestion& question,
-                           RenderState& state) {
-  HAPTIC_ASSERT(model.dt > 0);
-  const ContactSet& contacts = question.contacts;
-  const TickScene& scene = question.scene;
-  const SoftProxyTick tick{scene, {question.X_WT, question.V_WT}, &contacts, model.dt};
-  SoftProxyModel proxy = soft_proxy_model(model, question);
-  if (proxy.max_travel > 0) {
-    // what contact has seen ahead is for all the ticks since
-    const double age = static_cast<double>(question.t_ns - contacts.answers_t_ns) * 1e-9 / model.dt;
-    // of contacts that are not rendered any more nothing is passed unseen: the proxy catches up
-    scene.weight > 0 ? proxy.max_travel /= std::clamp(age, 1.0, kMostTicks)
-                     : proxy.max_travel += hand_travel(proxy.tool, question);
+Rendered rendered_body(const ServoModel& model, const RenderQuestion& question,
+                       BodySolution solution, FeltStep& continuity) {
+  // contacts that do not count any more, or not yet, are not held either
+  if (!solution.finite || !(question.scene.weight > 0)) {
+    continuity = {};
+    return rendered_body(question, solution);
   }
-  BodySolution solution = solve_soft_proxy(proxy, state.kept.keep<SoftProxyState>(), tick);
-  // without a coupling the hand feels the contacts' own stiffness, which no bound is known of
-  if (proxy.solver == SoftSolver::kDirect) {
-    state.continuity = {};
-  } else {
-    limit_step(model, question, state.continuity, solution);
-  }
+  const uint32_t giver = continuity.carrier;
+  const Coupling& k = question.coupling;
+  const Wrench F_W = limit_felt_step(continuity,
+                                     {solution.F_hand_W, question.X_WT, carrier_of(solution),
+                                      k.translational_stiffness, k.rotational_stiffness, model.dt},
+                                     question.scene.X_WO);
+  const Wrench added_W = F_W + -solution.F_hand_W;
+  if (giver < kMaxObjects) solution.push_W[giver] = solution.push_W[giver] + added_W;
+  solution.F_hand_W = F_W;
   return rendered_body(question, solution);
 }
 

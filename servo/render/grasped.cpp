@@ -10,13 +10,12 @@
 #include "proto/math/assert.h"
 #include "proto/wire/renderer.h"
 #include "servo/render/body.h"
+#include "servo/solve/body/virtual_coupling.h"
 #include "servo/solve/guide_rows.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kLeastSpring = 1e-6;  // that a metric can be made of [N/m]
-constexpr double kLeastTurn = 1e-3;    // of k_T radius², the same of rotation
 constexpr double kPointRadius = 0.01;  // stands for that of a tool that is a point [m]
 
 /// How a body that has been left behind comes after: as a slow hand moves, and so gently that a
@@ -43,10 +42,7 @@ bool is_body(const RenderQuestion& question) {
 MotionMetric metric_of(const ServoModel& model, const RenderQuestion& question) {
   const double radius =
       is_body(question) ? tool_in_force(model, question.contacts).radius : kPointRadius;
-  const Coupling& c = question.coupling;
-  const double k = std::max(c.translational_stiffness, kLeastSpring);
-  return factor_metric(
-      spring_matrix(k, std::max(c.rotational_stiffness, kLeastTurn * k * radius * radius)));
+  return spring_metric(with_least_springs(question.coupling, radius));
 }
 
 /// The rows of a first set hold the tool where contact has it.
@@ -54,10 +50,9 @@ GraspState begun(uint32_t object, const RenderQuestion& question) {
   GraspState state;
   state.object = object;
   state.X_WT = question.X_WT;
-  if (object >= kMaxObjects) return state;
-  const ContactSet& set = question.contacts;
-  const bool is_soft = row_of(static_cast<Renderer>(set.renderer)).moves == Moves::kSoftBody;
-  state.X_OP = inverse(set.X_WO[object]) * (is_soft ? set.X_WT : set.X_WG);
+  if (object < kMaxObjects) {
+    state.X_OP = inverse(question.contacts.X_WO[object]) * place_of(question.contacts);
+  }
   return state;
 }
 
@@ -134,14 +129,13 @@ Wrench wrench_of(const ServoModel& model, const Hold& hold, const RenderQuestion
   const Twist whole = way_between(hold.X_WT, hold.X_WP), V = hold.V_WP - hold.V_WT;
   const std::optional<Pull> most = bound_on(whole, V, is_stale, model.dt, state);
   const Twist way = spring_way(model, whole, c, most, state);
-  const VirtualCoupling& bounds = model.body.coupling;
   const double scale = model.map.force_scale;
   Wrench F;
   F.f = bounded(hold.share * (c.translational_stiffness * way.v + c.translational_damping * V.v),
-                bound_of(model.limits.max_force, scale, bounds.max_force));
+                bound_of(model.limits.max_force, scale, c.max_force));
   if (is_body(question)) {
     F.t = bounded(hold.share * (c.rotational_stiffness * way.w + c.rotational_damping * V.w),
-                  bound_of(model.limits.max_torque, scale, bounds.max_torque));
+                  bound_of(model.limits.max_torque, scale, c.max_torque));
   }
   if (most) {
     return {shortened(F.f, std::max(norm(F.f) - most->force, 0.0)),
@@ -174,8 +168,7 @@ Hold hold_of(const ServoModel& model, GraspState& state, const RenderQuestion& q
   hold.X_WP =
       nearest_on_guides(guides, X_WO, question.X_WT, X_WO * state.X_OP, metric_of(model, question));
   state.X_OP = inverse(X_WO) * hold.X_WP;
-  const Twist& V_WO = scene.V_WO[guides.object];
-  hold.V_WP = {velocity_at(V_WO, hold.X_WP.p - X_WO.p), V_WO.w};
+  hold.V_WP = twist_with(scene.V_WO[guides.object], hold.X_WP.p - X_WO.p);
   // a point has no orientation of its own
   if (!is_body(question)) hold.V_WP.w = question.V_WT.w;
   hold.F_W = wrench_of(model, hold, question, body.stands || scene.weight < 1, state);
@@ -186,7 +179,7 @@ void draw_tool(const Hold& hold, GraspState& state, RenderQuestion& question, Ti
   if (!hold.holds()) return;
   HAPTIC_ASSERT(hold.share >= 0 && hold.share <= 1);
   question.X_WT = drawn_towards(hold.X_WT, hold.X_WP, hold.share);
-  question.V_WT = hold.V_WT + hold.share * (hold.V_WP - hold.V_WT);
+  question.V_WT = drawn_towards(hold.V_WT, hold.V_WP, hold.share);
   question.X_WT_before = state.X_WT;
   state.X_WT = question.X_WT;
   scene.held = hold.object;

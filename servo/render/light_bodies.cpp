@@ -26,7 +26,7 @@ Coupling spring_of(const ServoModel& model, const RenderQuestion& question) {
       question.soft_solver.value_or(solver_of(model.proxy, renderer)) == SoftSolver::kDirect;
   if (!is_direct) return spring;
   const double radius = question.contacts.tool.radius;
-  spring.translational_stiffness = kShared * model.body.contact_stiffness;
+  spring.translational_stiffness = kShared * model.soft.contact_stiffness;
   spring.rotational_stiffness = radius * radius * spring.translational_stiffness;
   return spring;
 }

@@ -2,15 +2,11 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
-#include <new>
 #include <optional>
-#include <type_traits>
 
 #include "proto/config/config.h"
 #include "proto/config/coupling_margin.h"
 #include "proto/wire/wire.h"
-#include "servo/render/felt_step.h"
 #include "servo/safety/coupling.h"
 #include "servo/safety/safety.h"
 #include "servo/solve/body/constrained6.h"
@@ -30,10 +26,12 @@ struct ServoModel {
   SafetyLimits limits;
   int32_t dead_man_button = -1;
   Renderer renderer{};  // as configured; the ControlFrame may change it
-  VirtualProxyModel virtual_proxy;
-  SoftProxyModel body;  // of the renderers with six degrees of freedom
+  Materials materials;
+  double proxy_radius = 0;       // of virtual-proxy3 [m]
+  ToolBody tool = kUnknownTool;  // until contact has baked it
   ProxyConfig proxy;    // its solver is each renderer's own, or this one, or the ControlFrame's
-  RigidSolver rigid_solver = RigidSolver::kCoulomb;
+  SoftProxyModel soft;  // its solver and bound are those of each tick
+  Constrained6Model constrained6;
   std::optional<AdmittanceConfig> admittance;  // the virtual body; none: an impedance device
 };
 
@@ -62,53 +60,5 @@ struct Rendered {
   bool converged = true;
   std::array<Wrench, kMaxObjects> push_W{};  // of each object on the proxy, at its origin
 };
-
-/// Room for what one solver keeps between ticks, of any type without a destructor.
-class SolverState {
- public:
-  /// What was kept of this type; a fresh one where nothing was.
-  template <class State>
-  State& keep() {
-    static_assert(sizeof(State) <= kRoom && std::is_trivially_copyable_v<State>);
-    if (type_ != &kType<State>) new (room_.data()) State();
-    type_ = &kType<State>;
-    return *std::launder(reinterpret_cast<State*>(room_.data()));
-  }
-
-  /// What is kept of this type; null: nothing.
-  template <class State>
-  const State* find() const {
-    if (type_ != &kType<State>) return nullptr;
-    return std::launder(reinterpret_cast<const State*>(room_.data()));
-  }
-
-  void drop() { type_ = nullptr; }
-
- private:
-  static constexpr size_t kRoom = 16 * 1024;  // [bytes]
-  template <class State>
-  static constexpr char kType = 0;  // its address stands for the type
-
-  alignas(std::max_align_t) std::array<std::byte, kRoom> room_;
-  const char* type_ = nullptr;
-};
-
-struct RenderState {
-  SolverState kept;                // of the solver in use
-  FeltStep continuity;             // of the renderers of a body
-  ContactSolvers contact_solvers;  // of the rigid ones; nothing to forget
-
-  void forget() {
-    kept.drop();
-    continuity = {};
-  }
-};
-
-/// A solver: this tick's proxy and the coupling's wrench. It allocates nothing and never throws.
-using Render = Rendered(const ServoModel& model, const RenderQuestion& question,
-                        RenderState& state);
-
-/// The one in the renderer's line of proto/wire/renderers.def.
-Render& render_of(Renderer renderer);
 
 }  // namespace haptic

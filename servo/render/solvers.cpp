@@ -1,19 +1,30 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "proto/math/assert.h"
-#include "servo/render/render.h"
+#include "servo/render/solvers.h"
+
+#include "proto/wire/renderer.h"
 
 namespace haptic {
+namespace {
 
-#define RENDERER(id, name, detector, solver, ...) Render solver;
-#include "proto/wire/renderers.def"
+template <class Solver>
+Rendered rendered_with(const ServoModel& model, const RenderQuestion& question,
+                       RenderState& state) {
+  auto* solver = std::get_if<Solver>(&state.solver);
+  if (solver == nullptr) solver = &state.solver.emplace<Solver>();
+  return solver->render(model, question, state.contact_solvers);
+}
 
-Render& render_of(Renderer renderer) {
-  static constexpr std::array kSolvers{
-#define RENDERER(id, name, detector, solver, ...) &solver,
+}  // namespace
+
+Rendered rendered_by(Renderer renderer, const ServoModel& model, const RenderQuestion& question,
+                     RenderState& state) {
+  switch (renderer) {
+#define RENDERER(id, name, detector, solver, ...) \
+  case Renderer::id:                              \
+    return rendered_with<solver>(model, question, state);
 #include "proto/wire/renderers.def"
-  };
-  HAPTIC_ASSERT(static_cast<size_t>(renderer) < kSolvers.size());
-  return *kSolvers[static_cast<size_t>(renderer)];
+  }
+  return {};
 }
 
 }  // namespace haptic

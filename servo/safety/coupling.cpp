@@ -12,13 +12,14 @@ constexpr double kRampTime = 0.200;  // [s]
 
 Coupling along(const CouplingRamp& ramp) {
   const double share = std::min(ramp.time / kRampTime, 1.0);
-  const auto between = [&](double from, double to) {
-    return share < 1 ? from + share * (to - from) : to;
-  };
-  return {between(ramp.from.translational_stiffness, ramp.to.translational_stiffness),
-          between(ramp.from.translational_damping, ramp.to.translational_damping),
-          between(ramp.from.rotational_stiffness, ramp.to.rotational_stiffness),
-          between(ramp.from.rotational_damping, ramp.to.rotational_damping)};
+  Coupling now = ramp.to;
+  if (share == 1) return now;
+  for (double Coupling::*const k :
+       {&Coupling::translational_stiffness, &Coupling::translational_damping,
+        &Coupling::rotational_stiffness, &Coupling::rotational_damping}) {
+    now.*k = ramp.from.*k + share * (ramp.to.*k - ramp.from.*k);
+  }
+  return now;
 }
 
 }  // namespace

@@ -6,16 +6,6 @@
 
 namespace haptic {
 
-/// The coupling in force this tick; it follows the ControlFrame through a ramp.
-struct Coupling {
-  double translational_stiffness = 0;  // k_T [N/m]
-  double translational_damping = 0;    // b_T [N·s/m]
-  double rotational_stiffness = 0;     // k_R [N·m/rad], 6-DoF tools only
-  double rotational_damping = 0;       // b_R [N·m·s/rad]
-
-  bool operator==(const Coupling&) const = default;
-};
-
 /// A change from one coupling to another, spread over time: a step in stiffness under a pressed
 /// finger would be a step in force.
 struct CouplingRamp {

@@ -22,13 +22,17 @@ struct CarriedContact {
   uint32_t object = 0, material = 0;
 };
 
-struct CarriedContacts {
-  std::array<CarriedContact, kMaxContacts> contacts;
+/// Contacts at this tick, of one kind.
+template <class Kind>
+struct ContactsNow {
+  std::array<Kind, kMaxContacts> contacts;
   size_t size = 0;
   bool finite = true;  // false: a contact or the pose of its object was not, and there are none
 
-  std::span<CarriedContact> view() { return {contacts.data(), size}; }
+  std::span<Kind> view() { return {contacts.data(), size}; }
+  std::span<const Kind> view() const { return {contacts.data(), size}; }
 };
+using CarriedContacts = ContactsNow<CarriedContact>;
 
 /// The objects at this tick, and how much of the contacts is felt.
 struct TickScene {

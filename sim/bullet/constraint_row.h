@@ -9,6 +9,9 @@ namespace haptic {
 
 inline constexpr uint32_t kNoMass = ~0u;
 
+/// κ of the penalty that holds what rows hold, over the heaviest mass: to one in a million.
+inline constexpr double kHold = 1e6;
+
 /// A direction in which a constraint lets nothing move: row_a · V_a + row_b · V_b = 0, with the
 /// twists of the centres of mass in W.
 struct ConstraintRow {

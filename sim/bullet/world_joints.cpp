@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "proto/math/assert.h"
+#include "proto/math/motion_metric.h"
 #include "sim/bullet/body_state.h"
 #include "sim/bullet/swinging_body.h"
 
@@ -16,7 +17,6 @@ namespace {
 
 // of what has been left open, mended in one step where Bullet's rows alone hold
 constexpr double kMend = 0.5;
-constexpr double kHold = 1e6;  // κ over the heavier mass, as in sim/mobility.h
 
 bool is_mobile(const btRigidBody& body) {
   return body.getInvMass() > 0;
@@ -56,13 +56,6 @@ Response response_to(const JointRow& along, const JointRows& rows, const btRigid
   const Eigen::LLT<Matrix> factor(inertia.selfadjointView<Eigen::Lower>());
   const Vector x = factor.solve(vector_of(along));
   return {{{x(0), x(1), x(2)}, {x(3), x(4), x(5)}}, {{x(6), x(7), x(8)}, {x(9), x(10), x(11)}}};
-}
-
-Twist scaled(double s, const Twist& V) {
-  return {s * V.v, s * V.w};
-}
-Twist sum(const Twist& a, const Twist& b) {
-  return {a.v + b.v, a.w + b.w};
 }
 
 }  // namespace
@@ -181,11 +174,11 @@ void WorldJoints::lead(Kept& kept, double dt, const PushedMean& pushed) {
   const double next = kept.is_free ? speed_by_mean_load(step, damping, load)
                                    : speed_by_end(kept.joint, step, weight_at(kept, kept.position));
   kept.smooth = next - speed;
-  set_twist(kept.a, scaled(next, motion));
+  set_twist(kept.a, next * motion);
   kept.mobility = mobility;
   kept.pushed_speed = step.pushed_speed;
   kept.pushed_load = dot(pushed.of(kept.a), motion) / dt;
-  kept.along = scaled(mobility, momentum);
+  kept.along = mobility * momentum;
   kept.friction.rows[0].a = kept.stop.rows[0].a = kept.along;
 }
 
@@ -212,8 +205,8 @@ void WorldJoints::drive(Kept& kept, double dt, const PushedMean& pushed) {
   kept.pushed_speed = pushed_speed;
   kept.pushed_load = pushed_change / (dt * mobility);
   const double impulse = kept.smooth / mobility;
-  set_twist(kept.a, sum(twist_of(kept.a), scaled(impulse, response.a)));
-  if (is_mobile(kept.b)) set_twist(kept.b, sum(twist_of(kept.b), scaled(impulse, response.b)));
+  set_twist(kept.a, twist_of(kept.a) + impulse * response.a);
+  if (is_mobile(kept.b)) set_twist(kept.b, twist_of(kept.b) + impulse * response.b);
   for (RowConstraint* one : {&kept.friction, &kept.stop}) {
     one->rows[0].a = kept.rows.along.a;
     one->rows[0].b = kept.rows.along.b;
@@ -296,7 +289,7 @@ void WorldJoints::place(Kept& kept, double position, double speed) {
   kept.position = std::clamp(position, config.lower, config.upper);
   kept.a.setCenterOfMassTransform(to_bullet(pose_on(kept.joint, pose_of(kept.b), kept.position)));
   kept.rows = rows_of(kept);
-  set_twist(kept.a, scaled(speed, kept.motion()));
+  set_twist(kept.a, speed * kept.motion());
 }
 
 WorldJoints::Kept* WorldJoints::leading(uint32_t object) const {
@@ -312,7 +305,7 @@ bool WorldJoints::push(uint32_t object, const Wrench& impulse_W) {
   Kept* const kept = leading(object);
   if (kept == nullptr || !kept->leads) return false;
   const double gained = kept->lead_mobility() * dot(impulse_W, kept->motion());
-  set_twist(kept->a, sum(twist_of(kept->a), scaled(gained, kept->motion())));
+  set_twist(kept->a, twist_of(kept->a) + gained * kept->motion());
   return true;
 }
 

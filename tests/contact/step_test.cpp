@@ -42,7 +42,7 @@ struct Bench {
 };
 
 PointProxy& proxy_of(ContactState& state) {
-  return state.detector.keep<LedPoint>().proxy;
+  return std::get<PointDetector>(state.detector).proxy;
 }
 
 }  // namespace

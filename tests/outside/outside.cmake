@@ -40,8 +40,8 @@ add_executable(outside_device slider_session.cpp)
 target_link_libraries(outside_device PRIVATE haptic_contact haptic_servo haptic_device)\n")
 
 # the files and the lines
-file(COPY ${here}/hold_detector.cpp DESTINATION ${tree}/contact/detect)
-file(COPY ${here}/hold_solver.cpp DESTINATION ${tree}/servo/render)
+file(COPY ${here}/hold_detector.h DESTINATION ${tree}/contact/detect)
+file(COPY ${here}/hold_solver.h DESTINATION ${tree}/servo/render)
 add_line(hold.def proto/wire/renderers.def)
 file(COPY ${here}/slider DESTINATION ${tree}/device-io)
 add_line(slider.def proto/config/devices.def)

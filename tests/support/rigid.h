@@ -43,12 +43,23 @@ inline double jacobian_error(const std::function<BodyWrench(const BodyMotion&)>&
   return error;
 }
 
+/// A flat contact that is felt whole, with an object at rest.
+inline SoftContact spring_contact(const Vec3& tool_point_C, const Vec3& point_W,
+                                  const Vec3& normal_W, double stiffness) {
+  SoftContact c;
+  c.tool_point_C = tool_point_C;
+  c.point_W = point_W;
+  c.normal_W = normal_W;
+  c.stiffness = stiffness;
+  return c;
+}
+
 /// A contact pressed in by up to 1 mm, somewhere on a tool of 5 cm.
 inline SoftContact random_contact(Random& random, const Pose& X_WC) {
   SoftContact c;
   c.tool_point_C = 0.05 * random.direction();
   c.normal_W = random.direction();
-  c.object_point_W = X_WC * c.tool_point_C + random.uniform(1e-4, 1e-3) * c.normal_W;
+  c.point_W = X_WC * c.tool_point_C + random.uniform(1e-4, 1e-3) * c.normal_W;
   c.stiffness = random.uniform(100, 5000);
   c.damping = random.uniform(0, 0.05);
   return c;

@@ -80,9 +80,9 @@ inline std::vector<Touch> wall_of_hole(double gap) {
 }
 
 /// The materials of an object with that friction.
-inline std::vector<MaterialConfig> rough(double friction) {
-  std::vector<MaterialConfig> materials(1);
-  materials[0].friction_static = materials[0].friction_dynamic = friction;
+inline Materials rough(double friction) {
+  Materials materials;
+  materials.of_object[0].friction_static = materials.of_object[0].friction_dynamic = friction;
   return materials;
 }
 
@@ -90,12 +90,12 @@ inline std::vector<MaterialConfig> rough(double friction) {
 class RigidLoop {
  public:
   explicit RigidLoop(Renderer renderer) : renderer_(renderer) {
-    model.coupling = {800, 0, 2, 0, 0, 0};
-    model.tool = {0.1, {1e-4, 1e-4, 1e-4}, {}, 0.05};
+    tick.coupling = {800, 0, 2, 0, 0, 0};
     for (Pose& X_WO : tick.X_WO) X_WO = {};
   }
-  RigidProxyModel model;
-  RigidProxyTick tick;  // poses and twists of the objects, weight, dt
+  Constrained6Model model;
+  Materials materials;
+  BodyTick tick;  // poses and twists of the objects, weight, dt
   GodObject6State god_object;
   Constrained6State constrained;
 
@@ -103,8 +103,8 @@ class RigidLoop {
     tick.hand = hand;
     tick.contacts = &set;
     return renderer_ == Renderer::kGodObject6
-               ? solve_god_object6(model, god_object, solvers_.coulomb, tick)
-               : solve_constrained6(model, constrained, solvers_, tick);
+               ? solve_god_object6(materials, god_object, solvers_.coulomb, tick)
+               : solve_constrained6(model, materials, constrained, solvers_, tick);
   }
   /// With a hand at rest.
   BodySolution hold(const Pose& X_WT, const ContactSet& set) {

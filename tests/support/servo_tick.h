@@ -59,11 +59,11 @@ inline ServoFrame step_armed(const ServoModel& model, ServoState& state, ServoIn
   return servo_step(model, state, input);
 }
 
-/// Whether the solver in use is the one with that state, and has begun.
-template <class State>
+/// Whether the solver in use is of that type, and has begun.
+template <class Solver>
 bool is_started(const ServoState& state) {
-  const auto* const kept = state.render.kept.find<State>();
-  return kept != nullptr && kept->started;
+  const auto* const kept = std::get_if<Solver>(&state.render.solver);
+  return kept != nullptr && kept->state.started;
 }
 
 }  // namespace haptic::test

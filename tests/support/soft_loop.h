@@ -47,6 +47,7 @@ struct SoftPair {
 class SoftLoop {
  public:
   SoftProxyModel model;
+  BodyTick in_force;  // tool and coupling
   VoxelModel voxel;
   int every = 1;  // ticks from one contact set to the next
   SoftProxyState state;
@@ -58,13 +59,13 @@ class SoftLoop {
     voxel.reading =
         asked == Asked::kTangentPlanes ? VoxelForce::kTangentPlanes : VoxelForce::kField;
     voxel.trust_radius = pair.size;
-    model.tool.radius = pair.shell.radius;
+    in_force.tool.radius = pair.shell.radius;
     detector_ = std::make_unique<VoxelState>(voxel);
   }
 
   BodySolution tick(const ToolMotion& hand, double dt = 1e-3) {
     if (ticks_++ % every == 0) ask(hand);
-    SoftProxyTick now;
+    BodyTick now = in_force;
     now.hand = hand;
     now.contacts = set_.get();
     now.dt = dt;
@@ -79,7 +80,7 @@ class SoftLoop {
     set_->n_objects = 1;
     set_->X_WT = tool.X_WT;
     if (asked_ == Asked::kExact) return ask_exact(tool.X_WT);
-    VoxelQuestion question;
+    BodyQuestion question;
     question.X_WT = tool.X_WT;
     question.V_WT = tool.V_WT;
     question.reach = pair_.size;

@@ -106,8 +106,7 @@ std::vector<Row> all_rows(const Options& options) {
   const auto clear = [&] { built = {}; };
   const auto build = [&] { built = build_search_structures(mesh.view()); };
   add_times(rows, "trees and grid built", least_times(options.rounds, clear, build), kGoalBuilt);
-  const MeshShape shape{mesh.view(), built.tree.view(), built.grid.view(),
-                        built.patches.view()};
+  const MeshShape shape{mesh.view(), built.tree.view(), built.grid.view(), built.patches.view()};
   const auto bytes = [&](auto... spans) {
     return (static_cast<double>(spans.size_bytes()) + ...) / triangles;
   };

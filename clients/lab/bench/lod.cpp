@@ -62,9 +62,9 @@ Course course_of(const LodPair& pair, const ContactShapes& shapes, Renderer rend
 Wrench wrench_of(const ContactSet& set, const ServoFrame& servo) {
   SoftProxyModel model;
   model.solver = SoftSolver::kDirect;
-  model.tool = rigid_body_of(set.tool);
   SoftProxyState state;
-  SoftProxyTick tick;
+  BodyTick tick;
+  tick.tool = set.tool;
   tick.hand = {servo.X_WT, servo.V_WT};
   tick.contacts = &set;
   tick.dt = kTick;

@@ -13,7 +13,7 @@
 #include "clients/lab/support/step_budget.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "contact/bake/volume.h"
-#include "contact/detect/body/body_detectors.h"
+#include "contact/detect/body/voxel.h"
 #include "contact/shape/parts/machine_parts.h"
 #include "proto/math/motion_metric.h"
 #include "proto/math/units.h"
@@ -145,7 +145,7 @@ struct Contest {
 
   /// CPU time of a step [s].
   double step(VoxelState& state, const Pose& X_OT, double reach) {
-    VoxelQuestion question;
+    BodyQuestion question;
     question.X_WT = X_OT;
     question.reach = reach;
     return cpu_seconds_of([&] { detect_voxel(model, state, question, *set); });

@@ -14,15 +14,16 @@ constexpr double kPeriods = 2;  // evaluated after that
 
 }  // namespace
 
-double free_space_drag(const SoftProxyModel& model, const FreeMotion& motion) {
+double free_space_drag(const SoftProxyModel& model, BodyTick tick, const FreeMotion& motion) {
   const double omega = 2 * std::numbers::pi * motion.frequency;
   const auto start = static_cast<int>(kStart / motion.dt);
   const auto end = start + static_cast<int>(kPeriods / (motion.frequency * motion.dt));
+  const ContactSet none{};
+  tick.contacts = &none;
   SoftProxyState state;
   double most = 0;
   for (int i = 0; i < end; ++i) {
     const double angle = omega * motion.dt * i;
-    SoftProxyTick tick;
     tick.dt = motion.dt;
     tick.hand.X_WT.p = {motion.speed / omega * std::sin(angle), 0, 0};
     tick.hand.V_WT.v = {motion.speed * std::cos(angle), 0, 0};
@@ -34,31 +35,31 @@ double free_space_drag(const SoftProxyModel& model, const FreeMotion& motion) {
   return most;
 }
 
-double drag_in_closed_form(const SoftProxyModel& model, const FreeMotion& motion) {
-  if (model.solver != SoftSolver::kPenaltyDynamics) return 0;
-  const double omega = 2 * std::numbers::pi * motion.frequency, m = model.tool.mass;
-  const std::complex<double> coupling{model.coupling.translational_stiffness,
-                                      omega * model.coupling.translational_damping};
+double drag_in_closed_form(const BodyTick& tick, const FreeMotion& motion) {
+  const double omega = 2 * std::numbers::pi * motion.frequency, m = tick.tool.mass;
+  const std::complex<double> coupling{tick.coupling.translational_stiffness,
+                                      omega * tick.coupling.translational_damping};
   return m * omega * motion.speed * std::abs(coupling) / std::abs(coupling - m * omega * omega);
 }
 
 std::vector<Row> eval_drag() {
   Rows rows("free space at 2 m/s");
   SoftProxyModel model;
-  model.coupling = {1000, 9, 2, 3e-3, 0, 0};
+  BodyTick tick;
+  tick.coupling = {1000, 9, 2, 3e-3, 0, 0};
   for (const auto& [solver, name] :
        {std::pair{SoftSolver::kDirect, "direct"}, {SoftSolver::kQuasiStatic, "quasi-static"}}) {
     model.solver = solver;
-    const double drag = free_space_drag(model, {});
+    const double drag = free_space_drag(model, tick, {});
     rows.none(std::string(name) + ", drag", drag, "N");
   }
   model.solver = SoftSolver::kPenaltyDynamics;
   const FreeMotion straight{.turning = 0};
   for (const double mass : {0.02, 0.1}) {
-    model.tool.mass = mass;
+    tick.tool.mass = mass;
     const std::string name = "penalty dynamics, " + readable(mass, "kg");
-    rows.add({{name + ", drag", free_space_drag(model, straight), "N"},
-              {name + ", drag in closed form", drag_in_closed_form(model, straight), "N"}});
+    rows.add({{name + ", drag", free_space_drag(model, tick, straight), "N"},
+              {name + ", drag in closed form", drag_in_closed_form(tick, straight), "N"}});
   }
   return rows.rows();
 }

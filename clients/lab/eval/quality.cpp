@@ -7,9 +7,9 @@
 
 #include "clients/lab/eval/drag.h"
 #include "clients/lab/support/measurement.h"
-#include "contact/detect/body/body_detectors.h"
 #include "contact/detect/body/cluster_contact.h"
 #include "contact/detect/body/exact.h"
+#include "contact/detect/body/voxel.h"
 #include "contact/shape/mesh/tool_body.h"
 #include "proto/os/progress.h"
 
@@ -44,10 +44,10 @@ VoxelConfig options_of(const QualityGrain& grain) {
   return options;
 }
 
-RigidBody body_of(const TriangleMesh& mesh) {
+ToolBody body_of(const TriangleMesh& mesh) {
   ToolConfig config;
   config.mass = kToolMass;
-  return rigid_body_of(tool_body(mesh, config));
+  return tool_body(mesh, config);
 }
 
 }  // namespace
@@ -93,8 +93,8 @@ QualityProbe::QualityProbe(const QualityRenderer& renderer, const QualityShapes&
   pairs_.resize(kRoom);
   pushes_.resize(kPushesPerPair * kRoom);
   model_.solver = renderer.solver;
-  model_.tool = body_of(tool_.mesh);
-  model_.coupling = {kToolStiffness, kToolDamping, kToolTurnStiffness, kToolTurnDamping, 0, 0};
+  in_force_.tool = body_of(tool_.mesh);
+  in_force_.coupling = {kToolStiffness, kToolDamping, kToolTurnStiffness, kToolTurnDamping, 0, 0};
   model_.contact_stiffness = kPointStiffness;
   model_.max_travel = 0.5 * options_of(grain).band;
 }
@@ -102,7 +102,7 @@ QualityProbe::QualityProbe(const QualityRenderer& renderer, const QualityShapes&
 void QualityProbe::detect(const Pose& X_WP, ContactSet& set) {
   set.X_WT = X_WP;
   if (renderer_.detector != QualityDetector::kExact) {
-    VoxelQuestion question{};
+    BodyQuestion question{};
     question.X_WT = X_WP;
     question.reach = voxels_.map.size;
     detect_voxel(voxel_model_, *voxel_state_, question, set);
@@ -120,7 +120,7 @@ void QualityProbe::detect(const Pose& X_WP, ContactSet& set) {
 }
 
 Wrench QualityProbe::operator()(const Pose& X_WT) {
-  SoftProxyTick tick{};
+  BodyTick tick = in_force_;
   tick.hand.X_WT = X_WT;
   tick.contacts = &set_;
   Wrench before{};

@@ -66,6 +66,7 @@ class QualityProbe {
   std::vector<PointPush> pushes_;
   ClusterMemory clusters_;
   SoftProxyModel model_;
+  BodyTick in_force_;  // tool and coupling
   SoftProxyState state_;
   ContactSet set_{};
   uint64_t restless_ = 0;

@@ -72,7 +72,7 @@ SessionConfig ProbeScene::session(const ProbeSetting& setting) const {
   SessionConfig config = scene_of(turning_);
   config.servo_rate = setting.rate;
   widen(config.safety);
-  CouplingConfig& coupling = config.coupling;
+  Coupling& coupling = config.coupling;
   DeviceConfig& device = config.device;
   device.hand = setting.hand;
   if (turning_) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/detect/body/cluster_contact.h"
 
-#include "proto/math/assert.h"
+#include "contact/detect/body/contact_reach.h"
 
 namespace haptic {
 
@@ -15,6 +15,14 @@ Contact contact_of(const PushCluster& cluster_O, uint32_t object, const Pose& X_
   c.object = c.material = object;
   c.stiffness = cluster_O.stiffness;
   return c;
+}
+
+void MeshReach::operator()(uint32_t object, const PushCluster& cluster, Contact& contact) const {
+  const PlanePatch reach =
+      contact_reach(meshes.objects[object], meshes.tool, question.X_OT(object),
+                    contact.object_point_O, cluster.point_O, contact.normal_O, search);
+  contact.extent = std::max(reach.extent, least_extent);
+  contact.curvature = reach.curvature;
 }
 
 }  // namespace haptic

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
+
+#include "contact/detect/body/body_question.h"
 #include "contact/detect/body/cluster_pushes.h"
-#include "proto/wire/wire.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 
@@ -10,5 +13,38 @@ namespace haptic {
 /// extent 0 (unbounded) and curvature 0, which the caller knows how to find.
 Contact contact_of(const PushCluster& cluster_O, uint32_t object, const Pose& X_WO,
                    const Pose& X_WT);
+
+/// Adds the clusters of each object to a set as contacts. `clusters_of(object, room)` writes them
+/// into the room, which is shared by the objects, `most` for one; `describe(object, cluster,
+/// contact)` adds what it knows how to find. Sets kContactTruncated where a room is used up.
+template <class ClustersOf, class Describe>
+void add_clusters(const BodyQuestion& question, size_t n_objects, size_t most, ContactSet& set,
+                  const ClustersOf& clusters_of, const Describe& describe) {
+  std::array<PushCluster, kMaxContacts> memory;
+  for (uint32_t object = 0; object < n_objects; ++object) {
+    // the rest of the room is shared by the remaining objects
+    const size_t left = (kMaxContacts - set.n_contacts) / (n_objects - object);
+    const std::span<PushCluster> room = std::span(memory).first(std::min(most, left));
+    const size_t n = clusters_of(object, room);
+    if (n == room.size()) set.flags |= kContactTruncated;
+    for (const PushCluster& cluster : room.first(n)) {
+      HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
+      Contact& c = set.contacts[set.n_contacts++];
+      c = contact_of(cluster, object, question.X_WO[object], question.X_WT);
+      describe(object, cluster, c);
+      set.n_active += cluster.depth > 0;
+    }
+  }
+}
+
+/// Describes by the meshes of tool and object beside a cluster (contact_reach.h).
+struct MeshReach {
+  const BodyMeshes& meshes;
+  const BodyQuestion& question;
+  double search = 0;        // distance within which a cluster's place on a surface is sought [m]
+  double least_extent = 0;  // [m]
+
+  void operator()(uint32_t object, const PushCluster& cluster, Contact& contact) const;
+};
 
 }  // namespace haptic

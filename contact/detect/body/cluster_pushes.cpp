@@ -29,7 +29,7 @@ using Centre = ClusterMemory::Centre;
 struct Gathering {
   Vec3 points_O, normals_O;
   double weight = 0, squares = 0, along = 0;  // Σ w, Σ w p², Σ w n·p
-  PushCluster sum;                            // stiffness, count and depth
+  PushCluster sum{{{}, {}, 0, 0, 0}, 0};      // stiffness, count and depth
 
   Centre mean() const { return {points_O / weight, normalized(normals_O)}; }
 

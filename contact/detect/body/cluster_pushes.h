@@ -20,13 +20,9 @@ struct PointPush {
   double count = 1;      // number of points that it represents
 };
 
-/// One spring that represents many.
-struct PushCluster {
-  Vec3 point_O;
-  Vec3 normal_O;
-  double depth = 0;      // such that stiffness · depth = |sum of the forces| [m]
-  double stiffness = 0;  // sum over its points [N/m]
-  uint32_t count = 0;
+/// One spring that represents many: its depth is such that stiffness · depth = |sum of the forces|,
+/// its stiffness and count are the sums over its points.
+struct PushCluster : PointPush {
   double bulge = 0;  // how much its normals diverge, −Σ w n·Δp / Σ w Δp²; of a ball of the tool
                      // 1/radius; 0: flat, or unknown [1/m]
 };

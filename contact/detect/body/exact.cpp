@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "contact/shape/convex/convex_polygon.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -23,26 +24,7 @@ struct Face {
 };
 
 /// A triangle clipped by three planes.
-struct Polygon {
-  std::array<Vec3, 6> point;
-  size_t n = 0;
-
-  void add(const Vec3& p) {
-    if (n < point.size()) point[n++] = p;
-  }
-};
-
-/// The part of the polygon with wall·(p − from) ≥ −slack (Sutherland & Hodgman 1974).
-Polygon clipped(const Polygon& polygon, const Vec3& wall, const Vec3& from, double slack) {
-  Polygon kept;
-  for (size_t i = 0; i < polygon.n; ++i) {
-    const Vec3 &p = polygon.point[i], &q = polygon.point[(i + 1) % polygon.n];
-    const double at_p = dot(wall, p - from) + slack, at_q = dot(wall, q - from) + slack;
-    if (at_p >= 0) kept.add(p);
-    if ((at_p >= 0) != (at_q >= 0)) kept.add(p + at_p / (at_p - at_q) * (q - p));
-  }
-  return kept;
-}
+using Polygon = ConvexPolygon<6>;
 
 /// The part of the triangle in the prism over the face.
 Polygon in_prism(const Face& face, const Corners& triangle) {
@@ -50,7 +32,7 @@ Polygon in_prism(const Face& face, const Corners& triangle) {
   for (const Vec3& p : triangle) polygon.add(p);
   for (size_t i = 0; i < 3; ++i) {
     const Vec3 wall = cross(face.normal, face.corners[(i + 1) % 3] - face.corners[i]);
-    polygon = clipped(polygon, wall, face.corners[i], kRim * norm_squared(wall));
+    polygon = polygon.clipped(wall, face.corners[i], kRim * norm_squared(wall));
   }
   return polygon;
 }

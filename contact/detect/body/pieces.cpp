@@ -7,24 +7,23 @@
 #include <utility>
 
 #include "contact/detect/body/cluster_contact.h"
-#include "contact/detect/body/contact_reach.h"
 #include "contact/query/triangle/plane_extent.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
 
-constexpr size_t kClustersOfPieces = 16;
+constexpr size_t kClustersOfPieces = 16;  // of an object
 // pairs of boxes that are tested in the time of a pair of pieces: 130 ns and about 300 ns
 constexpr size_t kBoxesATest = 2;
 constexpr size_t kMostMeeting = 1 << 14;  // pairs of triangles that meet, with one object
 
 /// The speed at which surfaces of tool and object slide, at most [m/s].
-double sliding_speed(const PieceQuestion& question, uint32_t object) {
+double sliding_speed(const PieceModel& model, const BodyQuestion& question, uint32_t object) {
   const Twist& V_WO = question.V_WO[object];
   const Vec3 arm_W = question.X_WT.p - question.X_WO[object].p;
   const Vec3 v_W = question.V_WT.v - velocity_at(V_WO, arm_W);
-  return norm(v_W) + question.tool_radius * norm(question.V_WT.w - V_WO.w);
+  return norm(v_W) + model.tool_radius * norm(question.V_WT.w - V_WO.w);
 }
 
 /// Sorts by place, and lets the pairs of triangles that meet at one place along one normal share
@@ -53,7 +52,7 @@ void share_places(std::span<TriangleMeeting> meetings) {
 /// Where triangles of one object and of the tool meet; null: to know that takes more pairs of boxes
 /// or of triangles than the budget allows, or than there is room for.
 std::optional<std::span<const TriangleMeeting>> meetings_with(const PieceModel& model,
-                                                              const PieceMeshes& meshes,
+                                                              const BodyMeshes& meshes,
                                                               uint32_t object, const Pose& X_OT,
                                                               uint32_t budget, PieceState& state) {
   const MeshShape& shape = meshes.objects[object];
@@ -75,16 +74,16 @@ std::optional<std::span<const TriangleMeeting>> meetings_with(const PieceModel& 
 
 /// The places of one object that touch or approach, in its frame.
 std::span<PointPush> pushes_on(const PieceModel& model, const RefineOptions& refine,
-                               const PieceMeshes& meshes, PieceState& state,
-                               const PieceQuestion& question, uint32_t object, ContactSet& set) {
+                               const BodyMeshes& meshes, PieceState& state,
+                               const BodyQuestion& question, uint32_t object, ContactSet& set) {
   PieceFront& front = state.fronts[object];
   RefineOptions options = refine;
   options.tolerance = question.reach;
-  options.speed = sliding_speed(question, object);
+  options.speed = sliding_speed(model, question, object);
   // the rest of the budget is shared by the remaining objects
   const uint64_t left = refine.budget - std::min<uint64_t>(state.tested, refine.budget);
   options.budget = static_cast<uint32_t>(left / (state.fronts.size() - object));
-  const Pose X_OT = inverse(question.X_WO[object]) * question.X_WT;
+  const Pose X_OT = question.X_OT(object);
   front.update(X_OT, options);
   state.tested += front.work();
   std::optional<std::span<const TriangleMeeting>> meetings{std::in_place};
@@ -115,41 +114,19 @@ PieceState::PieceState(const PieceModel& model)
   }
 }
 
-void PieceState::forget() {
-  for (PieceFront& front : fronts) front.forget();
-  std::fill(clusters.begin(), clusters.end(), ClusterMemory{});
-}
-
-void detect_pieces(const PieceModel& model, const RefineOptions& refine, const PieceMeshes& meshes,
-                   PieceState& state, const PieceQuestion& question, ContactSet& set) {
+void detect_pieces(const PieceModel& model, const RefineOptions& refine, const BodyMeshes& meshes,
+                   PieceState& state, const BodyQuestion& question, ContactSet& set) {
   HAPTIC_ASSERT(meshes.objects.size() == state.fronts.size() && question.reach >= 0);
   set.n_contacts = set.n_active = 0;
   state.tested = 0;
-  for (uint32_t object = 0; object < meshes.objects.size(); ++object) {
+  ClusterOptions options = model.clusters;
+  options.tolerance = question.reach;
+  const auto clusters_of = [&](uint32_t object, std::span<PushCluster> room) {
     const auto pushes = pushes_on(model, refine, meshes, state, question, object, set);
-    const Pose& X_WO = question.X_WO[object];
-    const Pose X_OT = inverse(X_WO) * question.X_WT;
-    std::array<PushCluster, kClustersOfPieces> clusters;
-    // the rest of the room is shared by the remaining objects
-    const size_t left = (kMaxContacts - set.n_contacts) / (meshes.objects.size() - object);
-    const size_t room = std::min(clusters.size(), left);
-    ClusterOptions options = model.clusters;
-    options.tolerance = question.reach;
-    const size_t n =
-        cluster_pushes(pushes, options, state.clusters[object], {clusters.data(), room});
-    if (n == room) set.flags |= kContactTruncated;
-    for (size_t i = 0; i < n; ++i) {
-      HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
-      Contact& c = set.contacts[set.n_contacts++];
-      c = contact_of(clusters[i], object, X_WO, question.X_WT);
-      const PlanePatch reach =
-          contact_reach(meshes.objects[object], meshes.tool, X_OT, c.object_point_O,
-                        clusters[i].point_O, c.normal_O, model.search);
-      c.extent = std::max(reach.extent, kMinExtent);
-      c.curvature = reach.curvature;
-      set.n_active += clusters[i].depth > 0;
-    }
-  }
+    return cluster_pushes(pushes, options, state.clusters[object], room);
+  };
+  add_clusters(question, meshes.objects.size(), kClustersOfPieces, set, clusters_of,
+               MeshReach{meshes, question, model.search, kMinExtent});
 }
 
 }  // namespace haptic

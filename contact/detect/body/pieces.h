@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
+#include "contact/detect/body/body_question.h"
 #include "contact/detect/body/exact.h"
 #include "contact/query/convex/piece_front.h"
-#include "contact/shape/baked/mesh_shape.h"
-#include "proto/wire/wire.h"
 
 namespace haptic {
 
@@ -20,14 +18,14 @@ struct PieceModel {
   double stiffness = 1000;         // of a contact [N/m]
   double sharing = 4;              // contacts from which on they share it: the corners of a box
   ClusterOptions clusters;
-  double search = 0;  // distance within which a cluster's place on a surface is sought [m]
+  double search = 0;       // distance within which a cluster's place on a surface is sought [m]
+  double tool_radius = 0;  // around its origin, for the speed of sliding [m]
   std::vector<uint32_t> most_pairs;  // of pieces in memory, of each object: all, or what fits
 };
 
 /// State that survives a step, and its buffers: nothing is allocated later.
 struct PieceState {
   explicit PieceState(const PieceModel& model);
-  void forget();
 
   std::vector<PieceFront> fronts;         // of each object
   std::vector<TrianglePair> pairs;        // triangles of one object and the tool that meet,
@@ -35,22 +33,6 @@ struct PieceState {
   std::vector<PointPush> pushes;
   std::vector<ClusterMemory> clusters;  // of each object
   uint64_t tested = 0;                  // pairs of pieces in the last step
-};
-
-/// The meshes that the pieces were made of.
-struct PieceMeshes {
-  std::span<const MeshShape> objects;
-  const MeshShape& tool;
-};
-
-/// Input of one step.
-struct PieceQuestion {
-  Pose X_WT;  // of the tool, or its proxy
-  Twist V_WT;
-  std::array<Pose, kMaxObjects> X_WO;
-  std::array<Twist, kMaxObjects> V_WO;
-  double reach = 1e-3;     // δ: surfaces nearer than this are reported [m]
-  double tool_radius = 0;  // around its origin, for the speed of sliding [m]
 };
 
 /// Fills in the contacts of a set by the convex pieces of tool and objects: pairs of pieces whose
@@ -61,7 +43,7 @@ struct PieceQuestion {
 /// overlap, within twice its budget in pairs of boxes and once in pairs of triangles; where that,
 /// or the room for 16,384 pairs, does not suffice, hulls push by themselves. Sets kContactTruncated
 /// if there was no room, kContactIterationLimit if the budget or the memory ended.
-void detect_pieces(const PieceModel& model, const RefineOptions& refine, const PieceMeshes& meshes,
-                   PieceState& state, const PieceQuestion& question, ContactSet& set);
+void detect_pieces(const PieceModel& model, const RefineOptions& refine, const BodyMeshes& meshes,
+                   PieceState& state, const BodyQuestion& question, ContactSet& set);
 
 }  // namespace haptic

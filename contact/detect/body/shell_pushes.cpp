@@ -20,9 +20,11 @@ Vec3 normal_T(const Pointshell& shell, uint32_t i) {
           static_cast<double>(shell.nz[i])};
 }
 
-/// Scales the pushes by the shared stiffness: `touching` points share among themselves; the `near`
-/// approaching ones as if they touched, too, or they would be far stiffer.
-void share(std::span<PointPush> pushes, const ShellForce& force, double touching, double near) {
+/// Scales the pushes by the shared stiffness: those that touch share among themselves; those that
+/// approach as if they touched, too, or they would be far stiffer.
+void share(std::span<PointPush> pushes, const ShellForce& force) {
+  double touching = 0, near = 0;
+  for (const PointPush& push : pushes) (push.depth > 0 ? touching : near) += push.count;
   const double of_touching = shared_stiffness(force, touching);
   const double of_near = shared_stiffness(force, touching + near);
   for (PointPush& push : pushes) push.stiffness *= push.depth > 0 ? of_touching : of_near;
@@ -46,23 +48,21 @@ size_t pushes_from_voxels(const Voxmap& map, const Pointshell& shell, const Pose
   HAPTIC_ASSERT(map.size > 0 && is_unit(X_OT.q));
   const double deepest = deepest_in_voxel(map);
   size_t n = 0;
-  double touching = 0, near = 0;
   for (const VoxelHit& hit : hits) {
     if (n == pushes.size()) break;
     PointPush& push = pushes[n];
     HAPTIC_ASSERT(hit.point() < shell.x.size());
     push.point_O = X_OT * point_T(shell, hit.point());
     push.normal_O = rotate(X_OT.q, normal_T(shell, hit.point()));
-    push.stiffness = 1;
+    push.stiffness = push.count = 1;
     push.depth = hit.voxel() == Voxel::kInterior ? deepest : -deepest;
     if (hit.voxel() == Voxel::kSurface) {
       const Vec3 middle_O = map.centre_of(map.index_of(push.point_O));
       push.depth = dot(middle_O - push.point_O, push.normal_O);
     }
-    (push.depth > 0 ? touching : near) += 1;
     ++n;
   }
-  share(pushes.first(n), force, touching, near);
+  share(pushes.first(n), force);
   return n;
 }
 
@@ -72,16 +72,14 @@ size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
   HAPTIC_ASSERT(is_unit(X_OT.q));
   const Mat3 R_OT = to_matrix(X_OT.q);
   const size_t n = std::min(touches.size(), pushes.size());
-  double touching = 0, near = 0;
   for (size_t i = 0; i < n; ++i) {
     const ShellTouch& touch = touches[i];
     HAPTIC_ASSERT(touch.point < shell.x.size());
     const double count = touch.count;
     pushes[i] = {X_OT.p + R_OT * point_T(shell, touch.point), R_OT * normal_T(shell, touch.point),
                  force.offset - touch.distance, count, count};
-    (pushes[i].depth > 0 ? touching : near) += count;
   }
-  share(pushes.first(n), force, touching, near);
+  share(pushes.first(n), force);
   return n;
 }
 

@@ -12,6 +12,7 @@
 namespace haptic {
 namespace {
 
+constexpr double kClusterVoxels = 5;    // radius of a cluster, in voxels
 constexpr double kLeastFacing = 0.1;    // least cosine between a cluster's normal and the object's
 constexpr double kMostCells = 16;       // largest extent, in cells
 constexpr double kGrowth = 0.35;        // least growth of distance per step that marks an edge
@@ -29,12 +30,12 @@ uint32_t share_of_budget(const VoxelModel& model, const VoxelState& state, uint3
 }
 
 /// Nearer to an object than this a point is reported [m].
-double reach_of(const VoxelModel& model, const VoxelQuestion& question, uint32_t object) {
+double reach_of(const VoxelModel& model, const BodyQuestion& question, uint32_t object) {
   return std::min(model.force.offset + question.reach, model.objects[object].field.band);
 }
 
 /// Points come within reach with weight zero.
-ClusterOptions cluster_options(const VoxelModel& model, const VoxelQuestion& question,
+ClusterOptions cluster_options(const VoxelModel& model, const BodyQuestion& question,
                                uint32_t object) {
   ClusterOptions options = model.clusters;
   options.tolerance = model.reading == VoxelForce::kField
@@ -45,11 +46,11 @@ ClusterOptions cluster_options(const VoxelModel& model, const VoxelQuestion& que
 
 /// The points of one object that touch or approach, in its frame.
 std::span<const PointPush> shell_pushes_on(const VoxelModel& model, VoxelState& state,
-                                           const VoxelQuestion& question, uint32_t object,
+                                           const BodyQuestion& question, uint32_t object,
                                            ContactSet& set) {
   HAPTIC_ASSERT(object < model.objects.size() && state.coherence.size() == model.objects.size());
   const VoxelObject& shape = model.objects[object];
-  const Pose X_OT = inverse(question.X_WO[object]) * question.X_WT;
+  const Pose X_OT = question.X_OT(object);
   size_t n = 0;
   if (model.reading == VoxelForce::kTangentPlanes) {
     const auto count = static_cast<uint32_t>(model.shell.x.size());
@@ -147,7 +148,7 @@ double curvature_of(const VoxelObject& shape, const PushCluster& cluster, const 
 }
 
 /// Braking matrix of the points that approach an object, about the tool's origin, in O.
-Mat6 braking_on(const VoxelModel& model, const VoxelQuestion& question, uint32_t object,
+Mat6 braking_on(const VoxelModel& model, const BodyQuestion& question, uint32_t object,
                 std::span<const PointPush> pushes) {
   if (!(model.damping > 0)) return {};
   const Pose& X_WO = question.X_WO[object];
@@ -159,10 +160,10 @@ Mat6 braking_on(const VoxelModel& model, const VoxelQuestion& question, uint32_t
 }
 
 /// Stores the linearised wrench of these points on the tool, about its origin, in W.
-void linearise_on(const VoxelModel& model, const VoxelQuestion& question, uint32_t object,
+void linearise_on(const VoxelModel& model, const BodyQuestion& question, uint32_t object,
                   std::span<const PointPush> pushes, const Mat6& B_O, ContactSet& set) {
   const Pose& X_WO = question.X_WO[object];
-  const LinearPush sum = sum_pushes(pushes, inverse(X_WO) * question.X_WT.p);
+  const LinearPush sum = sum_pushes(pushes, question.X_OT(object).p);
   const Mat3 R = to_matrix(X_WO.q);
   set.F0_W = {R * sum.F0_O.f, R * sum.F0_O.t};
   set.K = rotated(R, sum.K).a;
@@ -183,6 +184,22 @@ void put_first(uint32_t object, ContactSet& set) {
 
 }  // namespace
 
+VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell) {
+  HAPTIC_ASSERT(config.size > 0);
+  VoxelModel model;
+  model.shell = shell;
+  model.reading = config.field != 0 ? VoxelForce::kField : VoxelForce::kTangentPlanes;
+  model.force.stiffness = config.stiffness;
+  // the same offset as in the baked map
+  model.force.offset = config.offset_layers * config.size;
+  model.clusters.radius = kClusterVoxels * config.size;
+  if (config.budget > 0) model.budget = config.budget;
+  model.damping = config.braking;
+  model.braking = config.braking_along;
+  model.trust_radius = config.size;
+  return model;
+}
+
 double push_layer(const VoxelModel& model, const VoxelObject& object, bool is_sheet) {
   if (model.reading == VoxelForce::kField) {
     const DistanceField& field = object.field;
@@ -202,7 +219,7 @@ VoxelState::VoxelState(const VoxelModel& model)
   for (size_t i = 0; i < model.objects.size(); ++i) coherence.emplace_back(model.shell);
 }
 
-void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestion& question,
+void detect_voxel(const VoxelModel& model, VoxelState& state, const BodyQuestion& question,
                   ContactSet& set) {
   HAPTIC_ASSERT(model.objects.size() <= kMaxObjects);
   HAPTIC_ASSERT(model.trust_radius > 0 && question.reach >= 0);
@@ -214,37 +231,39 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestio
   set.trust_radius = 0;
   // force, or if nothing is pressed, damping
   std::pair hardest{0.0, 0.0};
-  for (uint32_t object = 0; object < model.objects.size(); ++object) {
+  const auto clusters_of = [&](uint32_t object, std::span<PushCluster> room) {
+    const VoxelObject& shape = model.objects[object];
     const auto pushes = shell_pushes_on(model, state, question, object, set);
-    std::array<PushCluster, kMaxContacts> clusters;
-    // the rest of the room is shared by the remaining objects; if clusters had to mix normals for
-    // lack of room, a solver that uses clusters alone would lose their torque
-    const size_t room = (kMaxContacts - set.n_contacts) / (model.objects.size() - object);
-    const size_t n = cluster_pushes(pushes, cluster_options(model, question, object),
-                                    state.clusters[object], {clusters.data(), room});
-    if (n == room) set.flags |= kContactTruncated;
+    const size_t found = cluster_pushes(pushes, cluster_options(model, question, object),
+                                        state.clusters[object], room);
+    if (found == room.size()) set.flags |= kContactTruncated;
+    size_t n = 0;
     double pressed = 0;
-    for (size_t i = 0; i < n; ++i) {
+    for (PushCluster& cluster : room.first(found)) {
       // a side of the tool beside the place of contact would hold, or pull, a tool that leaves
-      const Vec3 away_O = away_from(model.objects[object], clusters[i]);
-      if (dot(away_O, clusters[i].normal_O) < kLeastFacing) continue;
+      const Vec3 away_O = away_from(shape, cluster);
+      if (dot(away_O, cluster.normal_O) < kLeastFacing) continue;
       // what does not push yet comes nearer as the object lies, not as the tool's points face it
-      if (!(clusters[i].depth > 0)) clusters[i].normal_O = away_O;
-      HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
-      Contact& c = set.contacts[set.n_contacts++];
-      c = contact_of(clusters[i], object, question.X_WO[object], question.X_WT);
-      c.shading_normal_O = away_O;
-      c.extent = extent_at(model.objects[object], clusters[i]);
-      c.curvature = curvature_of(model.objects[object], clusters[i], away_O);
-      set.n_active += clusters[i].depth > 0;
-      pressed += clusters[i].stiffness * std::max(clusters[i].depth, 0.0);
+      if (!(cluster.depth > 0)) cluster.normal_O = away_O;
+      pressed += cluster.stiffness * std::max(cluster.depth, 0.0);
+      room[n++] = cluster;
     }
     const Mat6 B_O = braking_on(model, question, object, pushes);
     const std::pair hard{pressed, -(B_O(0, 0) + B_O(1, 1) + B_O(2, 2))};
-    if (!(hard > hardest)) continue;
-    hardest = hard;
-    linearise_on(model, question, object, pushes, B_O, set);
-  }
+    if (hard > hardest) {
+      hardest = hard;
+      linearise_on(model, question, object, pushes, B_O, set);
+    }
+    return n;
+  };
+  const auto describe = [&](uint32_t object, const PushCluster& cluster, Contact& c) {
+    c.shading_normal_O = away_from(model.objects[object], cluster);
+    c.extent = extent_at(model.objects[object], cluster);
+    c.curvature = curvature_of(model.objects[object], cluster, c.shading_normal_O);
+  };
+  // if clusters had to mix normals for lack of room, a solver that uses clusters alone would lose
+  // their torque
+  add_clusters(question, model.objects.size(), kMaxContacts, set, clusters_of, describe);
   if (set.trust_radius > 0) put_first(set.wrench_object, set);
 }
 

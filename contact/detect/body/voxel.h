@@ -3,9 +3,10 @@
 
 #include <vector>
 
+#include "contact/detect/body/body_question.h"
 #include "contact/detect/body/shell_pushes.h"
 #include "contact/shape/baked/contact_shapes.h"
-#include "proto/wire/wire.h"
+#include "proto/config/config.h"
 
 namespace haptic {
 
@@ -28,6 +29,9 @@ struct VoxelModel {
   double trust_radius = 1e-3;  // of the linearised wrench [m]
 };
 
+/// The options of a session's config, without objects.
+VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell);
+
 /// Largest distance from the surface of an object at which a point can be pushed [m]: the offset,
 /// plus the error of a cell or a voxel.
 double push_layer(const VoxelModel& model, const VoxelObject& object, bool is_sheet);
@@ -47,15 +51,6 @@ struct VoxelState {
   bool is_outside = true;  // no point can be inside a real surface, though some may be in its layer
 };
 
-/// Input of one step.
-struct VoxelQuestion {
-  Pose X_WT;  // of the tool, or its proxy
-  Twist V_WT;
-  std::array<Pose, kMaxObjects> X_WO;
-  std::array<Twist, kMaxObjects> V_WO;
-  double reach = 1e-3;  // points nearer than this are reported, up to the band [m]
-};
-
 /// The voxmap–pointshell detector. Fills in the contacts of the set (clusters of the points that
 /// touch, then of those that approach; those of wrench_object first), and F0, K, B of all points
 /// that touch the object that is pressed hardest. A point pushes along its own inward normal; the
@@ -63,7 +58,7 @@ struct VoxelQuestion {
 /// or against it are in F0 and K only: as springs they would outlast the touch. A contact's extent
 /// is how far the object continues along its plane. Sets kContactTruncated if there was no room,
 /// kContactIterationLimit if the budget ended.
-void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestion& question,
+void detect_voxel(const VoxelModel& model, VoxelState& state, const BodyQuestion& question,
                   ContactSet& set);
 
 }  // namespace haptic

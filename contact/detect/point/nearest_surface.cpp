@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "contact/query/point/closest_point.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -31,8 +32,8 @@ size_t nearest_surfaces(const PointScene& scene, const Vec3& p_W, double reach,
     if (!mesh.closed && std::fabs(height) < kRimCosine * c.distance) continue;
     const bool exact = c.feature.kind == FeatureKind::kFace || c.distance < kOnSurface;
     const Vec3 normal_O = exact ? outward_O : (behind ? -1.0 : 1.0) / c.distance * away_O;
-    out[count++] = {i,         c.triangle, c.feature,
-                    c.point_O, normal_O,   behind ? c.distance : -c.distance};
+    out[count++] = {
+        {i, c.triangle}, {c.feature, c.point_O, normal_O}, behind ? c.distance : -c.distance};
   }
   std::sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(count),
             [](const NearestSurface& a, const NearestSurface& b) { return a.depth > b.depth; });

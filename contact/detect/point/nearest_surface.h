@@ -3,17 +3,14 @@
 
 #include <span>
 
-#include "contact/detect/point/point_proxy.h"
+#include "contact/detect/point/point_scene.h"
 
 namespace haptic {
 
 /// The nearest surface of one object, which a penalty force pushes towards.
 struct NearestSurface {
-  uint32_t object = 0;
-  uint32_t triangle = 0;
-  Feature feature;
-  Vec3 point_O;
-  Vec3 normal_O;     // unit, outward
+  ProxyPlane facet;
+  ProxySupport at;   // its normal outward
   double depth = 0;  // of the tool behind the surface, negative in front [m]
 };
 

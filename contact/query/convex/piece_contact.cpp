@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "contact/shape/convex/convex_polygon.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -15,15 +16,7 @@ constexpr size_t kMostCorners = 2 * kFaceCorners;  // each wall of one adds a co
 constexpr double kNoWay = 1e-6;      // |Σ δ n| / Σ δ below which the ways out cancel
 constexpr double kSamePlace = 1e-9;  // depth of the deepest corner below that of the pair [m]
 
-/// A convex polygon.
-struct Polygon {
-  std::array<Vec3, kMostCorners> point;
-  size_t n = 0;
-
-  void add(const Vec3& p) {
-    if (n < point.size()) point[n++] = p;
-  }
-};
+using Polygon = ConvexPolygon<kMostCorners>;
 
 /// The real face whose normal is nearest to the direction, if any faces it.
 uint32_t face_along(const Hull& hull, const Vec3& way) {
@@ -36,18 +29,6 @@ uint32_t face_along(const Hull& hull, const Vec3& way) {
     best = i;
   }
   return best;
-}
-
-/// The part of the polygon with wall·(p − from) ≤ 0 (Sutherland & Hodgman 1974).
-Polygon clipped(const Polygon& polygon, const Vec3& wall, const Vec3& from) {
-  Polygon kept;
-  for (size_t i = 0; i < polygon.n; ++i) {
-    const Vec3 &p = polygon.point[i], &q = polygon.point[i + 1 < polygon.n ? i + 1 : 0];
-    const double at_p = dot(wall, p - from), at_q = dot(wall, q - from);
-    if (at_p <= 0) kept.add(p);
-    if ((at_p <= 0) != (at_q <= 0)) kept.add(p + at_p / (at_p - at_q) * (q - p));
-  }
-  return kept;
 }
 
 /// The corners of a face, by `place` in A.
@@ -69,7 +50,7 @@ Polygon overlap_along(const Vec3& n_A, const Hull& hull_a, const HullFace& face_
   for (size_t i = 0; i < walls.n && overlap.n > 0; ++i) {
     const Vec3& from = walls.point[i];
     const Vec3 way = walls.point[i + 1 < walls.n ? i + 1 : 0] - from;
-    overlap = clipped(overlap, cross(way, n_A), from);
+    overlap = overlap.clipped(cross(n_A, way), from, 0);
   }
   return overlap;
 }

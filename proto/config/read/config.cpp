@@ -83,7 +83,7 @@ void read_map(Section& root, DeviceMap& map) {
   section->finish();
 }
 
-void read_coupling(Section& root, CouplingConfig& coupling) {
+void read_coupling(Section& root, Coupling& coupling) {
   auto section = root.section("coupling");
   if (!section) return;
   section->read_all(
@@ -163,7 +163,7 @@ void check_body(Section& root, const SessionConfig& config) {
         "moves a tool with six degrees of freedom, and there is none; add [tool] with "
         "mesh = \"bunny00.off\" or primitive = \"sphere\"");
   }
-  const CouplingConfig& coupling = config.coupling;
+  const Coupling& coupling = config.coupling;
   if (!has_springs(config.proxy, config.renderer)) return;
   if (coupling.translational_stiffness > 0 && coupling.rotational_stiffness > 0) return;
   root.section("session")->fail_at(

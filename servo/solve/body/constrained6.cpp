@@ -5,15 +5,13 @@
 
 #include "proto/math/assert.h"
 #include "proto/math/qp.h"
+#include "servo/solve/body/virtual_coupling.h"
 
 namespace haptic {
 namespace {
 
-Mat6 mass_of(const RigidBody& tool, const Quat& q_WC) {
-  const Mat3 R = to_matrix(q_WC);
-  const Vec3& i = tool.inertia_C;
-  const Mat3 scaled = from_columns(i.x * R.column(0), i.y * R.column(1), i.z * R.column(2));
-  return mass_matrix(tool.mass, scaled * transpose(R));
+Mat6 mass_of(const ToolBody& tool, const Quat& q_WC) {
+  return mass_matrix(tool.mass, inertia_of(tool, q_WC));
 }
 
 /// The problem of this tick, about C at X_WG.
@@ -33,12 +31,11 @@ Vec3 object_velocity(const RigidContact& c) {
   return velocity_at(c.V_W, c.r_W);
 }
 
-void pose_problem(const RigidProxyModel& model, const RigidProxyTick& tick,
-                  ConstrainedProblem& problem) {
+void pose_problem(const BodyTick& tick, ConstrainedProblem& problem) {
   const Pose& X_WG = problem.contacts.X_WG;
-  problem.X_WGC = motion_of_centre(model.tool, {X_WG, {}}).X_WC;
+  problem.X_WGC = motion_of_centre(tick.tool, {X_WG, {}}).X_WC;
   problem.arm_W = problem.X_WGC.p - X_WG.p;
-  const Pose X_WC_hand = motion_of_centre(model.tool, tick.hand).X_WC;
+  const Pose X_WC_hand = motion_of_centre(tick.tool, tick.hand).X_WC;
   problem.hand = way_between(problem.X_WGC, X_WC_hand);
   for (size_t i = 0; i < problem.contacts.size; ++i) {
     const RigidContact& c = problem.contacts.contacts[i];
@@ -47,15 +44,14 @@ void pose_problem(const RigidProxyModel& model, const RigidProxyTick& tick,
     problem.rows[i].b -= tick.dt * dot(c.normal_W, object_velocity(c));
   }
   problem.V_carrier_W = object_twist(tick, problem.contacts.carrier, problem.X_WGC.p);
-  problem.metric = factor_metric(mass_of(model.tool, X_WG.q));
+  problem.metric = factor_metric(mass_of(tick.tool, X_WG.q));
 }
 
 /// Pose of the hand one tick ago, as far as the contacts allow.
-BodyMotion first_body(const RigidProxyModel& model, const RigidProxyTick& tick,
-                      const ConstrainedProblem& problem) {
+BodyMotion first_body(const BodyTick& tick, const ConstrainedProblem& problem) {
   ToolMotion hand = tick.hand;
   hand.X_WT = extrapolate(hand.X_WT, hand.V_WT, -tick.dt);
-  BodyMotion body = motion_of_centre(model.tool, hand);
+  BodyMotion body = motion_of_centre(tick.tool, hand);
   const Twist way = way_between(problem.X_WGC, body.X_WC);
   const ConstrainedMotion motion = least_constraint(problem.metric, way, problem.view());
   if (motion.n_active > 0) body.X_WC = moved(problem.X_WGC, motion.a);
@@ -63,7 +59,7 @@ BodyMotion first_body(const RigidProxyModel& model, const RigidProxyTick& tick,
 }
 
 /// Moves the body out of the rows it violates; returns its pose as a motion from X_WG.
-Twist project_back(const RigidProxyModel& model, const RigidProxyTick& tick,
+Twist project_back(const Constrained6Model& model, const BodyTick& tick,
                    const ConstrainedProblem& problem, BodyMotion& body) {
   const Twist at = way_between(problem.X_WGC, body.X_WC);
   const double share = model.blend_time > tick.dt ? tick.dt / model.blend_time : 1;
@@ -86,9 +82,8 @@ struct FreeStep {
   MotionMetric metric;
   Twist v;
 };
-FreeStep free_step(const RigidProxyModel& model, const RigidProxyTick& tick, const Mat6& M,
-                   const BodyMotion& body) {
-  const BodyWrench spring = symmetric_coupling_wrench(model.coupling, model.tool, tick.hand, body);
+FreeStep free_step(const BodyTick& tick, const Mat6& M, const BodyMotion& body) {
+  const BodyWrench spring = symmetric_coupling_wrench(tick.coupling, tick.tool, tick.hand, body);
   const double h = tick.dt;
   HAPTIC_ASSERT(h > 0);
   Mat6 A = M;
@@ -165,28 +160,29 @@ void note_pushes(const ConstrainedProblem& problem, const FrictionStep& step, do
 
 }  // namespace
 
-BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State& state,
-                                ContactSolvers& solvers, const RigidProxyTick& tick) {
-  HAPTIC_ASSERT(tick.dt > 0);
+BodySolution solve_constrained6(const Constrained6Model& model, const Materials& materials,
+                                Constrained6State& state, ContactSolvers& solvers,
+                                const BodyTick& tick) {
+  HAPTIC_ASSERT(tick.dt > 0 && model.blend_time >= 0);
   BodySolution out;
   out.proxy = tick.hand;
   ConstrainedProblem problem;
-  problem.contacts = carry_rigid_contacts(model, tick, state.slides);
+  problem.contacts = carry_rigid_contacts(materials, tick, state.slides);
   out.finite = problem.contacts.finite;
   if (!out.finite) {
     state = {};
     return out;
   }
-  pose_problem(model, tick, problem);
+  pose_problem(tick, problem);
   BodyMotion& body = state.body;
-  if (!state.started) body = first_body(model, tick, problem);
+  if (!state.started) body = first_body(tick, problem);
   state.started = true;
-  const Pose X_WP = tool_of_centre(model.tool, body.X_WC);
+  const Pose X_WP = tool_of_centre(tick.tool, body.X_WC);
   const SurfacePlaces places{{&X_WP, 1}, {&X_WP, 1}};
-  if (follow_surfaces(tick, places, problem.contacts)) pose_problem(model, tick, problem);
+  if (follow_surfaces(tick, places, problem.contacts)) pose_problem(tick, problem);
 
   const Twist at = project_back(model, tick, problem, body);
-  const FreeStep free = free_step(model, tick, mass_of(model.tool, body.X_WC.q), body);
+  const FreeStep free = free_step(tick, mass_of(tick.tool, body.X_WC.q), body);
   std::array<FrictionContact, kMaxContacts> contacts;
   pose_contacts(problem, at, tick.dt, contacts);
   std::array<Vec3, kMaxContacts> impulses;
@@ -197,8 +193,8 @@ BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State&
   body.X_WC = moved(body.X_WC, tick.dt * body.V_WC);
 
   out.converged = step.converged && !step.contradictory;
-  out.proxy = motion_of_tool(model.tool, body);
-  out.F_hand_W = wrench_on_hand(model.coupling, tick.hand, out.proxy);
+  out.proxy = motion_of_tool(tick.tool, body);
+  out.F_hand_W = wrench_on_hand(tick.coupling, tick.hand, out.proxy);
   note_pushes(problem, step, tick.dt, body.X_WC, state.slides, out);
   return out;
 }

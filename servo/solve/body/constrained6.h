@@ -7,8 +7,13 @@
 
 namespace haptic {
 
-/// Memory of the solvers that RigidProxyModel::solver chooses from; nothing persists in them. Only
-/// the constructor allocates.
+struct Constrained6Model {
+  double blend_time = 3e-3;  // in which the body leaves rows that have moved into it [s]
+  RigidSolver solver = RigidSolver::kCoulomb;
+};
+
+/// Memory of the solvers that Constrained6Model::solver chooses from; nothing persists in them.
+/// Only the constructor allocates.
 struct ContactSolvers {
   CoulombSolver coulomb{kMaxContacts};
   LcpSolver lcp{kMaxContacts};
@@ -39,7 +44,8 @@ struct Constrained6State {
 /// The hand feels the coupling. The gyroscopic torque is left out, so a spinning body keeps its
 /// energy; a tool in a hand turns slowly. The body starts at the hand as far as the contacts allow.
 /// Sources: Baraff 1994; velocity level as Stewart & Trinkle 1996; coupling as in penalty_dynamics.
-BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State& state,
-                                ContactSolvers& solvers, const RigidProxyTick& tick);
+BodySolution solve_constrained6(const Constrained6Model& model, const Materials& materials,
+                                Constrained6State& state, ContactSolvers& solvers,
+                                const BodyTick& tick);
 
 }  // namespace haptic

@@ -6,7 +6,7 @@
 
 namespace haptic {
 
-FreeSpace::FreeSpace(const ContactSet& set, const RigidBody& tool,
+FreeSpace::FreeSpace(const ContactSet& set, const ToolBody& tool,
                      const std::array<Pose, kMaxObjects>& X_WO)
     : set_(set),
       X_WO_(X_WO),

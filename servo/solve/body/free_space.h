@@ -15,8 +15,7 @@ namespace haptic {
 class FreeSpace {
  public:
   /// X_WO: of the objects at this tick; it and the set must outlive this.
-  FreeSpace(const ContactSet& set, const RigidBody& tool,
-            const std::array<Pose, kMaxObjects>& X_WO);
+  FreeSpace(const ContactSet& set, const ToolBody& tool, const std::array<Pose, kMaxObjects>& X_WO);
 
   /// Distance every point may still move from X_WC without touching any object [m]; ≤ 0: the pose
   /// is not known to be free.

@@ -6,19 +6,18 @@
 
 #include "proto/math/assert.h"
 #include "proto/math/qp.h"
+#include "servo/solve/body/virtual_coupling.h"
 #include "servo/solve/point/shading.h"
 #include "servo/solve/point/texture.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kTouching = 1e-6;     // nearer to a row than this is on it [m]
-constexpr double kLeastSpring = 1e-6;  // that a metric can be made of [N/m]
-constexpr double kLeastTurn = 1e-3;    // of k_T radius², the same of rotation
+constexpr double kTouching = 1e-6;  // nearer to a row than this is on it [m]
 
 /// What this tick is solved from. Motions start from X_WG.
 struct Problem {
-  VirtualCoupling coupling;  // with springs that a metric can be made of
+  Coupling coupling;  // with springs that a metric can be made of
   MotionMetric metric;
   RigidContacts contacts;
   std::array<MotionRow, kMaxContacts> rows;    // relaxed towards the hand by their weight
@@ -61,30 +60,18 @@ struct Answer {
   }
 };
 
-/// diag(k_T, k_R), none of them zero.
-void set_metric(const RigidProxyModel& model, Problem& problem) {
-  VirtualCoupling& c = problem.coupling;
-  c = model.coupling;
-  c.translational_stiffness = std::max(c.translational_stiffness, kLeastSpring);
-  const double r2 = model.tool.radius * model.tool.radius;
-  c.rotational_stiffness =
-      std::max(c.rotational_stiffness, kLeastTurn * c.translational_stiffness * r2);
-  problem.metric = factor_metric(spring_matrix(c.translational_stiffness, c.rotational_stiffness));
-}
-
 /// Of the object that carried the last proxy, or the world.
-Pose carrier_pose(const GodObject6State& state, const RigidProxyTick& tick) {
+Pose carrier_pose(const GodObject6State& state, const BodyTick& tick) {
   HAPTIC_ASSERT(state.carrier <= kNoObject);
   return state.carrier == kNoObject ? Pose{} : tick.X_WO[state.carrier];
 }
 
 /// Where the last proxy is now.
-Pose last_proxy(const GodObject6State& state, const RigidProxyTick& tick) {
+Pose last_proxy(const GodObject6State& state, const BodyTick& tick) {
   return carrier_pose(state, tick) * state.X_CP;
 }
 
-void pose_motion_problem(const GodObject6State& state, const RigidProxyTick& tick,
-                         Problem& problem) {
+void pose_motion_problem(const GodObject6State& state, const BodyTick& tick, Problem& problem) {
   const RigidContacts& contacts = problem.contacts;
   problem.hand = way_between(contacts.X_WG, tick.hand.X_WT);
   const Twist carrier = object_twist(tick, state.carrier, contacts.X_WG.p);
@@ -168,7 +155,7 @@ Selection all_rows(const Problem& problem) {
 /// of the first answer and from where friction may hold the proxy. A contact holds while the hand
 /// is within its extent as well: where another pushes the proxy away it would come and go. False
 /// if nothing changes.
-bool sees_surfaces(const GodObject6State& state, const RigidProxyTick& tick, const Answer& first,
+bool sees_surfaces(const GodObject6State& state, const BodyTick& tick, const Answer& first,
                    Problem& problem) {
   std::array<Pose, 3> places_W{moved(problem.contacts.X_WG, first.a), {}, {}};
   size_t n = 1;
@@ -181,9 +168,8 @@ bool sees_surfaces(const GodObject6State& state, const RigidProxyTick& tick, con
 }
 
 /// How far the damper lets an object pass the hand: b/k times their relative velocity.
-Twist damped_way(const Problem& problem, const RigidProxyTick& tick, uint32_t object,
-                 double weight) {
-  const VirtualCoupling& c = problem.coupling;
+Twist damped_way(const Problem& problem, const BodyTick& tick, uint32_t object, double weight) {
+  const Coupling& c = problem.coupling;
   const Twist V = object_twist(tick, object, tick.hand.X_WT.p) - tick.hand.V_WT;
   return {weight * c.translational_damping / c.translational_stiffness * V.v,
           weight * c.rotational_damping / c.rotational_stiffness * V.w};
@@ -191,7 +177,7 @@ Twist damped_way(const Problem& problem, const RigidProxyTick& tick, uint32_t ob
 
 /// The rows that the proxy is on, each moved by its damped way: one that is only near must not
 /// brake. What they have in common is moved as the hand, which contradicts nothing.
-Selection touching_rows(const Problem& problem, const RigidProxyTick& tick, const Twist& a) {
+Selection touching_rows(const Problem& problem, const BodyTick& tick, const Twist& a) {
   const uint32_t carrier = problem.contacts.carrier;
   Selection touching;
   touching.way = damped_way(problem, tick, carrier, tick.weight);
@@ -208,11 +194,10 @@ Selection touching_rows(const Problem& problem, const RigidProxyTick& tick, cons
 }
 
 /// The normal that a contact is felt with: interpolated, and tilted by the texture on the way.
-Vec3 felt_normal(const RigidProxyModel& model, const RigidProxyTick& tick, const Problem& problem,
+Vec3 felt_normal(const Materials& materials, const BodyTick& tick, const Problem& problem,
                  const RigidContact& contact, const Twist& a) {
-  const MaterialConfig* material = material_of(model, contact.material);
-  const bool is_smooth = material == nullptr || material->texture.kind == TextureKind::kNone;
-  if (is_smooth) return contact.shading_W;
+  const TextureConfig& texture = materials.of(contact.material).texture;
+  if (texture.kind == TextureKind::kNone) return contact.shading_W;
   const Pose X_OW = inverse(tick.X_WO[contact.object]);
   const auto place_O = [&](const Twist& motion) {
     const Vec3 way_W = velocity_at(motion, contact.r_W);
@@ -221,7 +206,7 @@ Vec3 felt_normal(const RigidProxyModel& model, const RigidProxyTick& tick, const
   const Vec3 to_O = place_O(a);
   const TexturePath path{problem.has_last ? place_O(problem.last) : to_O, to_O,
                          rotate(X_OW.q, contact.normal_W)};
-  const Vec3 gradient_O = steepest_gradient(material->texture, model.images, path);
+  const Vec3 gradient_O = steepest_gradient(texture, materials.images, path);
   return rotate(tick.X_WO[contact.object].q,
                 tilted_normal(rotate(X_OW.q, contact.shading_W), gradient_O));
 }
@@ -239,14 +224,14 @@ MotionRow turned(const Problem& problem, const RigidContact& contact, const Moti
 }
 
 /// How far shading and texture move the proxy from where the true rows alone put it.
-Twist shaded_way(const RigidProxyModel& model, const RigidProxyTick& tick, const Problem& problem,
+Twist shaded_way(const Materials& materials, const BodyTick& tick, const Problem& problem,
                  const Answer& plain) {
   std::array<MotionRow, kMaxContacts> rows = problem.rows;
   bool any = false;
   for (size_t j = 0; j < plain.n_pushing; ++j) {
     const size_t i = plain.contact[j];
     const RigidContact& c = problem.contacts.contacts[i];
-    const Vec3 felt_W = felt_normal(model, tick, problem, c, plain.a);
+    const Vec3 felt_W = felt_normal(materials, tick, problem, c, plain.a);
     if (felt_W == c.normal_W) continue;
     rows[i] = turned(problem, c, rows[i], felt_W);
     any = true;
@@ -259,8 +244,8 @@ Twist shaded_way(const RigidProxyModel& model, const RigidProxyTick& tick, const
 }
 
 /// Who carries the proxy, and what slides.
-void remember(const RigidProxyTick& tick, const Problem& problem, const Answer& answer,
-              const Pose& X_WP, GodObject6State& state) {
+void remember(const BodyTick& tick, const Problem& problem, const Answer& answer, const Pose& X_WP,
+              GodObject6State& state) {
   state.slides = {};
   for (size_t j = 0; j < answer.n_pushing && problem.has_last; ++j) {
     const RigidContact& c = problem.contacts.contacts[answer.contact[j]];
@@ -299,7 +284,7 @@ void add_force(const Problem& problem, const Answer& felt, const Wrench& shading
 }
 
 /// Of the proxy, since the last tick.
-Twist velocity_of(const GodObject6State& state, const RigidProxyTick& tick, const Pose& X_WP) {
+Twist velocity_of(const GodObject6State& state, const BodyTick& tick, const Pose& X_WP) {
   if (!state.started) return {};
   const Twist way = way_between(last_proxy(state, tick), X_WP);
   return 1 / tick.dt * way + object_twist(tick, state.carrier, X_WP.p);
@@ -307,19 +292,20 @@ Twist velocity_of(const GodObject6State& state, const RigidProxyTick& tick, cons
 
 }  // namespace
 
-BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& state,
-                               CoulombSolver& solver, const RigidProxyTick& tick) {
-  HAPTIC_ASSERT(tick.dt > 0 && model.blend_time >= 0);
+BodySolution solve_god_object6(const Materials& materials, GodObject6State& state,
+                               CoulombSolver& solver, const BodyTick& tick) {
+  HAPTIC_ASSERT(tick.dt > 0);
   BodySolution out;
   out.proxy = tick.hand;
   Problem problem;
-  problem.contacts = carry_rigid_contacts(model, tick, state.slides);
+  problem.contacts = carry_rigid_contacts(materials, tick, state.slides);
   out.finite = problem.contacts.finite;
   if (!out.finite) {
     state = {};
     return out;
   }
-  set_metric(model, problem);
+  problem.coupling = with_least_springs(tick.coupling, tick.tool.radius);
+  problem.metric = spring_metric(problem.coupling);
   pose_motion_problem(state, tick, problem);
   Selection all = all_rows(problem);
   Answer held = slide(problem, problem.hand, all);
@@ -328,14 +314,14 @@ BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& st
     held = slide(problem, problem.hand, all);
   }
   if (held.n_pushing > 0) {
-    const Twist shaded = shaded_way(model, tick, problem, held);
+    const Twist shaded = shaded_way(materials, tick, problem, held);
     const Twist foot = held.a + shaded;
     // what friction has not held anywhere yet is held where it arrives
     if (!problem.has_last) problem.last = foot;
     const Twist target = problem.hand + shaded;
     if (problem.has_friction || shaded != Twist{}) held = solve(solver, problem, target, all);
     if (problem.has_friction) out.held_back_W = held.a.v - foot.v;
-    const VirtualCoupling& c = problem.coupling;
+    const Coupling& c = problem.coupling;
     const bool damps = c.translational_damping > 0 || c.rotational_damping > 0;
     const Answer felt =
         damps ? solve(solver, problem, target, touching_rows(problem, tick, held.a)) : held;

@@ -33,7 +33,7 @@ struct GodObject6State {
 /// turned row goes where it alone would end on the true one.
 ///
 /// Source: Ortega, Redon & Coquillart 2007. Friction and damping are not in the paper.
-BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& state,
-                               CoulombSolver& solver, const RigidProxyTick& tick);
+BodySolution solve_god_object6(const Materials& materials, GodObject6State& state,
+                               CoulombSolver& solver, const BodyTick& tick);
 
 }  // namespace haptic

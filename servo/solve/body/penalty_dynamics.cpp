@@ -19,30 +19,20 @@ struct Spin {
   Mat3 by_spin;   // derivative by ω: [I ω]× − [ω]× I
 };
 
-Spin spin_of(const RigidBody& tool, const BodyMotion& body) {
-  const Mat3 R = to_matrix(body.X_WC.q);
-  const Vec3& i = tool.inertia_C;
-  const Mat3 scaled = from_columns(i.x * R.column(0), i.y * R.column(1), i.z * R.column(2));
-  const Mat3 inertia = scaled * transpose(R);
+Spin spin_of(const ToolBody& tool, const BodyMotion& body) {
+  const Mat3 inertia = inertia_of(tool, body.X_WC.q);
   const Vec3& w = body.V_WC.w;
   const Vec3 momentum = inertia * w;
   return {inertia, -cross(w, momentum), skew(momentum) + -1.0 * (skew(w) * inertia)};
 }
 
-Mat6 mass_matrix(const RigidBody& tool, const Spin& spin) {
-  Mat6 M;
-  add_block(M, 0, 0, tool.mass * Mat3{});
-  add_block(M, 3, 3, spin.inertia_W);
-  return M;
-}
-
 /// Solves [M − h D − h² K] Δu = h (f + h K u).
-bool implicit_change(const RigidBody& tool, const BodyMotion& body, const BodyWrench& wrench,
+bool implicit_change(const ToolBody& tool, const BodyMotion& body, const BodyWrench& wrench,
                      double h, Twist& change) {
   const Spin spin = spin_of(tool, body);
   Mat6 D = wrench.by_twist;
   add_block(D, 3, 3, spin.by_spin);
-  Mat6 A = mass_matrix(tool, spin);
+  Mat6 A = mass_matrix(tool.mass, spin.inertia_W);
   A += -h * D;
   A += -(h * h) * wrench.by_motion;
   const Wrench f = wrench.F_W + Wrench{{}, spin.torque_W};
@@ -50,7 +40,7 @@ bool implicit_change(const RigidBody& tool, const BodyMotion& body, const BodyWr
 }
 
 /// With the contacts that push at the end of the step.
-bool implicit_change(const RigidBody& tool, const BodyMotion& body, const BodyWrench& wrench,
+bool implicit_change(const ToolBody& tool, const BodyMotion& body, const BodyWrench& wrench,
                      std::span<const SoftContact> contacts, double h, Twist& change) {
   std::array<ContactRow, kMaxContacts> rows;
   std::array<bool, kMaxContacts> pushes{};
@@ -83,17 +73,17 @@ bool implicit_change(const RigidBody& tool, const BodyMotion& body, const BodyWr
   return true;
 }
 
-bool explicit_change(const RigidBody& tool, const BodyMotion& body, const BodyWrench& wrench,
+bool explicit_change(const ToolBody& tool, const BodyMotion& body, const BodyWrench& wrench,
                      std::span<const SoftContact> contacts, double h, Twist& change) {
   const Spin spin = spin_of(tool, body);
   Wrench f = wrench.F_W + Wrench{{}, spin.torque_W};
   f = f + soft_contact_wrench(contacts, body).F_W;
-  return solve(mass_matrix(tool, spin), h * f, change);
+  return solve(mass_matrix(tool.mass, spin.inertia_W), h * f, change);
 }
 
 }  // namespace
 
-PenaltyResult penalty_dynamics_step(const RigidBody& tool, const BodyMotion& body,
+PenaltyResult penalty_dynamics_step(const ToolBody& tool, const BodyMotion& body,
                                     const BodyWrench& wrench, std::span<const SoftContact> contacts,
                                     Integrator integrator, const PenaltyStep& step) {
   HAPTIC_ASSERT(step.dt > 0 && !(step.max_travel < 0));

@@ -25,7 +25,7 @@ struct PenaltyResult {
 /// ones included, and contacts that would pull are left out (active set, at most ten rounds), so
 /// that a body falling onto a wall extracts no energy from it. The explicit and semi-implicit
 /// integrators use the contacts that overlap at the start.
-PenaltyResult penalty_dynamics_step(const RigidBody& tool, const BodyMotion& body,
+PenaltyResult penalty_dynamics_step(const ToolBody& tool, const BodyMotion& body,
                                     const BodyWrench& wrench, std::span<const SoftContact> contacts,
                                     Integrator integrator, const PenaltyStep& step);
 

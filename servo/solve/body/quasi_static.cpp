@@ -22,7 +22,7 @@ double strength(const Wrench& F, double radius) {
   return norm(F.f) + norm(F.t) / radius;
 }
 
-Balance balance_at(const VirtualCoupling& coupling, const RigidBody& tool, const Pose& X_WT,
+Balance balance_at(const Coupling& coupling, const ToolBody& tool, const Pose& X_WT,
                    std::span<const SoftContact> contacts, const Pose& X_WC) {
   const BodyMotion rest{X_WC, {}};
   Balance b;
@@ -36,7 +36,7 @@ Balance balance_at(const VirtualCoupling& coupling, const RigidBody& tool, const
   return b;
 }
 
-double energy_at(const VirtualCoupling& coupling, const RigidBody& tool, const Pose& X_WT,
+double energy_at(const Coupling& coupling, const ToolBody& tool, const Pose& X_WT,
                  std::span<const SoftContact> contacts, const Pose& X_WC) {
   const BodyMotion rest{X_WC, {}};
   return coupling_energy(coupling, {X_WT, {}}, motion_of_tool(tool, rest)) +
@@ -60,7 +60,7 @@ Twist descent(const BodyWrench& at, double radius, double stiffness) {
 }
 
 /// Nothing touches, neither here nor at the hand, and the way there is within the trust region.
-bool is_free(const RigidBody& tool, const Pose& X_WC, const Pose& X_hand,
+bool is_free(const ToolBody& tool, const Pose& X_WC, const Pose& X_hand,
              std::span<const SoftContact> contacts, const QuasiStaticStep& step) {
   for (const SoftContact& c : contacts) {
     if (c.stiffness > 0 && (gap_of(c, X_WC) < 0 || gap_of(c, X_hand) < 0)) return false;
@@ -69,7 +69,7 @@ bool is_free(const RigidBody& tool, const Pose& X_WC, const Pose& X_hand,
   return !(step.max_travel > 0) || !limit_travel(way, tool.radius, step.max_travel).was_cut;
 }
 
-double largest_stiffness(const VirtualCoupling& coupling, std::span<const SoftContact> contacts) {
+double largest_stiffness(const Coupling& coupling, std::span<const SoftContact> contacts) {
   double sum = coupling.translational_stiffness;
   for (const SoftContact& c : contacts) sum += c.stiffness;
   return std::max(sum, 1e-9);
@@ -77,7 +77,7 @@ double largest_stiffness(const VirtualCoupling& coupling, std::span<const SoftCo
 
 }  // namespace
 
-QuasiStaticResult solve_quasi_static(const VirtualCoupling& coupling, const RigidBody& tool,
+QuasiStaticResult solve_quasi_static(const Coupling& coupling, const ToolBody& tool,
                                      const Pose& X_WT, std::span<const SoftContact> contacts,
                                      const Pose& X_WP, const QuasiStaticStep& step) {
   HAPTIC_ASSERT(step.max_iterations >= 0 && step.tolerance >= 0);

@@ -25,7 +25,7 @@ struct QuasiStaticResult {
 /// point of the body and a line search that halves the step until E decreases (at most twenty
 /// times). Starts at X_WP; dampers have no effect. Where nothing touches, the result is exactly
 /// X_WT. Wan & McNeely 2003.
-QuasiStaticResult solve_quasi_static(const VirtualCoupling& coupling, const RigidBody& tool,
+QuasiStaticResult solve_quasi_static(const Coupling& coupling, const ToolBody& tool,
                                      const Pose& X_WT, std::span<const SoftContact> contacts,
                                      const Pose& X_WP, const QuasiStaticStep& step);
 

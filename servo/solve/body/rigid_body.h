@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "proto/config/config.h"
 #include "proto/math/assert.h"
 #include "proto/math/motion_metric.h"
 #include "proto/wire/wire.h"
+#include "servo/solve/carried_contacts.h"
 
 namespace haptic {
 
-/// The tool as a rigid body. Frame C: origin at its centre of mass, axes of the tool frame T.
-struct RigidBody {
-  double mass = 0.1;                 // [kg]
-  Vec3 inertia_C{1e-4, 1e-4, 1e-4};  // principal moments along the axes of T [kg·m²]
-  Vec3 centre_T;                     // centre of mass
-  double radius = 0.05;              // of the ball around C that contains the tool [m]
-};
+/// Stands for a tool that contact has not described yet: a ball of 5 cm and 100 g.
+inline constexpr ToolBody kUnknownTool{0.1, {1e-4, 1e-4, 1e-4}, {}, 0.05};
 
-/// Where the body is and how it moves.
+/// Where a tool is and how it moves, as a rigid body. Frame C: origin at its centre of mass, axes
+/// of the tool frame T.
 struct BodyMotion {
   Pose X_WC;
   Twist V_WC;  // of the centre of mass
@@ -36,24 +34,36 @@ struct BodyWrench {
   double energy = 0;  // stored in springs [J]
 };
 
-inline BodyMotion motion_of_centre(const RigidBody& body, const ToolMotion& tool) {
+inline BodyMotion motion_of_centre(const ToolBody& body, const ToolMotion& tool) {
   const Vec3 arm_W = rotate(tool.X_WT.q, body.centre_T);
   return {{tool.X_WT.p + arm_W, tool.X_WT.q}, {velocity_at(tool.V_WT, arm_W), tool.V_WT.w}};
 }
 
-inline Pose tool_of_centre(const RigidBody& body, const Pose& X_WC) {
+inline Pose tool_of_centre(const ToolBody& body, const Pose& X_WC) {
   return {X_WC.p - rotate(X_WC.q, body.centre_T), X_WC.q};
 }
 
-inline ToolMotion motion_of_tool(const RigidBody& body, const BodyMotion& centre) {
+inline ToolMotion motion_of_tool(const ToolBody& body, const BodyMotion& centre) {
   const Vec3 arm_W = -rotate(centre.X_WC.q, body.centre_T);  // from C to the origin of T
   return {{centre.X_WC.p + arm_W, centre.X_WC.q}, {velocity_at(centre.V_WC, arm_W), centre.V_WC.w}};
 }
 
-/// The tool as baked by contact.
-inline RigidBody rigid_body_of(const ToolBody& tool) {
-  return {tool.mass, tool.inertia_T, tool.centre_T, tool.radius};
+/// The inertia about the centre of mass, in W, of a tool with this orientation.
+inline Mat3 inertia_of(const ToolBody& tool, const Quat& q_WC) {
+  const Mat3 R = to_matrix(q_WC);
+  const Vec3& i = tool.inertia_T;
+  const Mat3 scaled = from_columns(i.x * R.column(0), i.y * R.column(1), i.z * R.column(2));
+  return scaled * transpose(R);
 }
+
+/// One tick of a solver of a body: the objects, the hand, and what is in force between them.
+struct BodyTick : TickScene {
+  ToolMotion hand;
+  const ContactSet* contacts = nullptr;  // not null when it is solved
+  double dt = 1e-3;                      // [s]
+  ToolBody tool = kUnknownTool;
+  Coupling coupling;
+};
 
 /// Result of one tick of a 6-DoF solver.
 struct BodySolution {

@@ -14,42 +14,33 @@ constexpr double kStill = 1e-6;    // slower than this is rest [m/s]
 constexpr size_t kMostPlaces = 3;  // poses of a proxy, and the hand's
 
 /// The pose of the query, moved with the object since.
-Pose carried_pose(const ContactSet& set, const RigidProxyTick& tick, uint32_t object) {
+Pose carried_pose(const ContactSet& set, const BodyTick& tick, uint32_t object) {
   const Pose &then = set.X_WO[object], &now = tick.X_WO[object];
   if (now == then) return set.X_WG;
   const Pose X_WG = now * (inverse(then) * set.X_WG);
   return {X_WG.p, normalized(X_WG.q)};
 }
 
-RigidContact posed(const CarriedContact& carried, const RigidProxyModel& model,
-                   const RigidProxyTick& tick, const Slides& slides, const Pose& X_WG) {
+RigidContact posed(const CarriedContact& carried, const Materials& materials, const BodyTick& tick,
+                   const Slides& slides, const Pose& X_WG) {
   RigidContact contact{carried, rotate(X_WG.q, carried.tool_point_T), 0, 0, {}};
   contact.gap = dot(contact.normal_W, X_WG.p + contact.r_W - contact.point_W);
   contact.weight = tick.weight;
-  contact.friction = friction_of(model, slides, contact.material);
+  const MaterialConfig& material = materials.of(contact.material);
+  const bool has_slid = slides[contact.material % kMaxObjects];
+  contact.friction = has_slid ? material.friction_dynamic : material.friction_static;
   contact.V_W = object_twist(tick, contact.object, X_WG.p);
   return contact;
 }
 
 }  // namespace
 
-Twist object_twist(const RigidProxyTick& tick, uint32_t object, const Vec3& place_W) {
+Twist object_twist(const BodyTick& tick, uint32_t object, const Vec3& place_W) {
   if (object >= kMaxObjects) return {};
-  const Twist& V_WO = tick.V_WO[object];
-  return {velocity_at(V_WO, place_W - tick.X_WO[object].p), V_WO.w};
+  return twist_with(tick.V_WO[object], place_W - tick.X_WO[object].p);
 }
 
-const MaterialConfig* material_of(const RigidProxyModel& model, uint32_t material) {
-  return material < model.materials.size() ? &model.materials[material] : nullptr;
-}
-
-double friction_of(const RigidProxyModel& model, const Slides& slides, uint32_t material) {
-  const MaterialConfig* m = material_of(model, material);
-  if (m == nullptr) return 0;
-  return slides[material % kMaxObjects] ? m->friction_dynamic : m->friction_static;
-}
-
-RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProxyTick& tick,
+RigidContacts carry_rigid_contacts(const Materials& materials, const BodyTick& tick,
                                    const Slides& slides) {
   HAPTIC_ASSERT(tick.contacts != nullptr);
   const ContactSet& set = *tick.contacts;
@@ -65,7 +56,7 @@ RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProx
   out.finite = out.finite && carried.finite;
   for (size_t i = 0; i < carried.size && out.finite; ++i) {
     const RigidContact& c = out.contacts[i] =
-        posed(carried.contacts[i], model, tick, slides, out.X_WG);
+        posed(carried.contacts[i], materials, tick, slides, out.X_WG);
     out.finite = is_finite(c.r_W) && std::isfinite(c.gap) && is_finite(c.V_W);
   }
   // contacts too old to be felt are checked all the same
@@ -73,8 +64,7 @@ RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProx
   return out;
 }
 
-bool follow_surfaces(const RigidProxyTick& tick, const SurfacePlaces& places,
-                     RigidContacts& contacts) {
+bool follow_surfaces(const BodyTick& tick, const SurfacePlaces& places, RigidContacts& contacts) {
   HAPTIC_ASSERT(!places.proxies_W.empty() && !places.within_W.empty());
   HAPTIC_ASSERT(places.within_W.size() <= kMostPlaces);
   bool has_changed = false;

@@ -3,10 +3,9 @@
 
 #include <span>
 
-#include "proto/config/config.h"
 #include "proto/math/motion_metric.h"
-#include "servo/solve/body/virtual_coupling.h"
-#include "servo/solve/carried_contacts.h"
+#include "servo/solve/body/rigid_body.h"
+#include "servo/solve/materials.h"
 
 namespace haptic {
 
@@ -24,46 +23,22 @@ struct RigidContact : CarriedContact {
   Twist V_W;  // of the object, at the tool's origin
 };
 
-struct RigidContacts {
-  std::array<RigidContact, kMaxContacts> contacts;
-  size_t size = 0;
+/// Not finite where the hand is not, too.
+struct RigidContacts : ContactsNow<RigidContact> {
   Pose X_WG;                     // carried along with `carrier`
   uint32_t carrier = kNoObject;  // the object of the first contact
-  bool finite = true;            // false: the set or the hand was not, and there are none
 };
 
 /// Which of a material's two ratios of friction is in force: that of sliding where it slid in the
 /// last tick.
 using Slides = std::array<bool, kMaxObjects>;
 
-/// All that is constant of a proxy that never enters an object.
-struct RigidProxyModel {
-  VirtualCoupling coupling;
-  RigidBody tool;
-  double blend_time = 3e-3;  // in which constrained6 leaves rows that have moved into it [s]
-  std::span<const MaterialConfig> materials;   // none: all are frictionless and smooth
-  std::span<const HeightImage> images;         // of their textures
-  RigidSolver solver = RigidSolver::kCoulomb;  // of constrained6
-};
-
-struct RigidProxyTick : TickScene {
-  ToolMotion hand;
-  const ContactSet* contacts = nullptr;
-  double dt = 1e-3;  // [s]
-};
-
 /// Twist of an object at a place; none of the world.
-Twist object_twist(const RigidProxyTick& tick, uint32_t object, const Vec3& place_W);
-
-/// The material of a contact; null where nobody has said.
-const MaterialConfig* material_of(const RigidProxyModel& model, uint32_t material);
-
-/// μ of a material, static or dynamic.
-double friction_of(const RigidProxyModel& model, const Slides& slides, uint32_t material);
+Twist object_twist(const BodyTick& tick, uint32_t object, const Vec3& place_W);
 
 /// Carries a set to this tick: X_WG along with the object of the first contact, each contact with
 /// its own. Where they moved apart the gap says so.
-RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProxyTick& tick,
+RigidContacts carry_rigid_contacts(const Materials& materials, const BodyTick& tick,
                                    const Slides& slides);
 
 /// Poses near which the surfaces go on beside the contacts' points.
@@ -76,8 +51,7 @@ struct SurfacePlaces {
 /// point (fall_at), and each contact is eased by its extent (weight_at). Contacts of which nothing
 /// is left are dropped. Normals do not turn: the force stays in the cone of what contact has said.
 /// False if nothing has changed.
-bool follow_surfaces(const RigidProxyTick& tick, const SurfacePlaces& places,
-                     RigidContacts& contacts);
+bool follow_surfaces(const BodyTick& tick, const SurfacePlaces& places, RigidContacts& contacts);
 
 /// J·a ≥ −gap for motions from X_WG about a point displaced by `about_W` from the tool's origin.
 MotionRow row_of(const RigidContact& contact, const Vec3& about_W);

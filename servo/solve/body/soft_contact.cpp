@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/solve/body/soft_contact.h"
 
-#include "servo/solve/carried_contacts.h"
-
 namespace haptic {
 namespace {
 
@@ -13,7 +11,7 @@ struct Way {
 };
 
 Way way_of(const SoftContact& contact, const Pose& X_WC) {
-  const Vec3 way_W = X_WC * contact.tool_point_C - contact.object_point_W;
+  const Vec3 way_W = X_WC * contact.tool_point_C - contact.point_W;
   const double along = dot(contact.normal_W, way_W);
   return {along, way_W - along * contact.normal_W};
 }

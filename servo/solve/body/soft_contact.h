@@ -5,18 +5,14 @@
 #include <span>
 
 #include "servo/solve/body/rigid_body.h"
+#include "servo/solve/carried_contacts.h"
 
 namespace haptic {
 
-/// A contact as a one-sided spring and damper, carried to this tick.
-struct SoftContact {
-  Vec3 tool_point_C;     // on the tool, relative to its centre of mass
-  Vec3 object_point_W;   // on the object
-  Vec3 normal_W;         // unit, from object to tool
-  Vec3 velocity_W;       // of the object at that point
-  double stiffness = 0;  // k [N/m]
-  double damping = 0;    // b [N·s/m]
-  double curvature = 0;  // κ of the surface [1/m]
+/// A contact as a one-sided spring of its stiffness k, and damper.
+struct SoftContact : CarriedContact {
+  Vec3 tool_point_C;   // on the tool, relative to its centre of mass
+  double damping = 0;  // b [N·s/m]
 };
 
 /// Signed distance of the contact's two points along its normal [m], to second order:

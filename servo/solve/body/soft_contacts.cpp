@@ -22,23 +22,14 @@ Mat6 about_centre(const Mat6& K, const Vec3& arm) {
   for (size_t i = 0; i < 6; ++i) to_old(i, i) = to_new(i, i) = 1;
   add_block(to_old, 0, 3, -1.0 * skew(arm));
   add_block(to_new, 3, 0, skew(arm));
-  const auto product = [](const Mat6& a, const Mat6& b) {
-    Mat6 c;
-    for (size_t i = 0; i < 6; ++i) {
-      for (size_t j = 0; j < 6; ++j) {
-        for (size_t k = 0; k < 6; ++k) c(i, j) += a(i, k) * b(k, j);
-      }
-    }
-    return c;
-  };
-  return product(to_new, product(K, to_old));
+  return to_new * (K * to_old);
 }
 
-SoftContact spring_of(const CarriedContact& c, const RigidBody& tool, const SoftCarry& carry) {
-  const double stiffness = c.stiffness > 0 ? c.stiffness : carry.stiffness;
+SoftContact spring_of(const CarriedContact& c, const ToolBody& tool, const SoftCarry& carry) {
   const double weight = carry.soft_weight(c.object);
-  return {c.tool_point_T - tool.centre_T, c.point_W,  c.normal_W, c.velocity_W, weight * stiffness,
-          weight * carry.damping,         c.curvature};
+  SoftContact spring{c, c.tool_point_T - tool.centre_T, weight * carry.damping};
+  spring.stiffness = weight * (c.stiffness > 0 ? c.stiffness : carry.stiffness);
+  return spring;
 }
 
 bool all_finite(const Mat6& m) {
@@ -46,7 +37,7 @@ bool all_finite(const Mat6& m) {
 }
 
 /// The linearised wrench about C, moved with its object, minus the springs.
-void carry_rest(const ContactSet& set, const RigidBody& tool, const SoftCarry& carry,
+void carry_rest(const ContactSet& set, const ToolBody& tool, const SoftCarry& carry,
                 SoftContacts& out) {
   const uint32_t object = std::min(set.wrench_object, kMaxObjects - 1);
   const Pose moved_by = carry.X_WO[object] * inverse(set.X_WO[object]);
@@ -74,7 +65,7 @@ void carry_rest(const ContactSet& set, const RigidBody& tool, const SoftCarry& c
       out.push0 > 0 && is_finite(out.F_rest_W) && is_finite(out.X_WC0) && all_finite(out.K_rest);
 }
 
-void carry_brake(const ContactSet& set, const RigidBody& tool, const SoftCarry& carry,
+void carry_brake(const ContactSet& set, const ToolBody& tool, const SoftCarry& carry,
                  SoftContacts& out) {
   const uint32_t object = std::min(set.wrench_object, kMaxObjects - 1);
   const Pose moved_by = carry.X_WO[object] * inverse(set.X_WO[object]);
@@ -89,7 +80,7 @@ void carry_brake(const ContactSet& set, const RigidBody& tool, const SoftCarry& 
 }
 
 /// F_rest + K_rest δ.
-BodyWrench rest_at(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC) {
+BodyWrench rest_at(const SoftContacts& contacts, const ToolBody& tool, const Pose& X_WC) {
   const Twist way = way_between(contacts.X_WC0, X_WC);
   const LimitedMotion limited = limit_travel(way, tool.radius, contacts.trust_radius);
   const Wrench change = contacts.K_rest * limited.motion;
@@ -101,17 +92,17 @@ BodyWrench rest_at(const SoftContacts& contacts, const RigidBody& tool, const Po
 
 }  // namespace
 
-SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
+SoftContacts carry_soft_contacts(const ContactSet& set, const ToolBody& tool,
                                  const SoftCarry& carry) {
   SoftContacts out;
   if (!(carry.weight > 0)) return out;
   HAPTIC_ASSERT(carry.stiffness >= 0 && carry.damping >= 0);
-  out.carried = carry_contacts(set, carry);
-  out.finite = out.carried.finite;
-  out.size = out.carried.size;
+  const CarriedContacts carried = carry_contacts(set, carry);
+  out.finite = carried.finite;
+  out.size = carried.size;
   for (size_t i = 0; i < out.size; ++i) {
-    out.contacts[i] = spring_of(out.carried.contacts[i], tool, carry);
-    if (out.carried.contacts[i].object == set.wrench_object) out.n_springs = i + 1;
+    out.contacts[i] = spring_of(carried.contacts[i], tool, carry);
+    if (carried.contacts[i].object == set.wrench_object) out.n_springs = i + 1;
   }
   if (set.trust_radius > 0) {
     carry_rest(set, tool, carry, out);
@@ -121,16 +112,15 @@ SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
 }
 
 void fade_past_extent(const Pose& X_WC, SoftContacts& contacts) {
-  for (size_t i = 0; i < contacts.size; ++i) {
-    SoftContact& c = contacts.contacts[i];
+  for (SoftContact& c : contacts.view()) {
     const Vec3 tool_W = X_WC * c.tool_point_C;
-    const double weight = weight_at(contacts.carried.contacts[i], 1, {&tool_W, 1});
+    const double weight = weight_at(c, 1, {&tool_W, 1});
     c.stiffness *= weight;
     c.damping *= weight;
   }
 }
 
-BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC,
+BodyWrench rest_wrench(const SoftContacts& contacts, const ToolBody& tool, const Pose& X_WC,
                        const BodyMotion& end) {
   BodyWrench rest;
   if (!contacts.has_rest) return rest;
@@ -148,8 +138,8 @@ BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, cons
   const Vec3 force_end_W = rest_at(contacts, tool, end.X_WC).F_W.f;
   double force_share = share;
   for (size_t i = 0; i < contacts.n_springs; ++i) {
-    const double pull = -dot(force_end_W, contacts.carried.contacts[i].shading_W);
-    const double most = kMostOfSprings * dot(springs_W, contacts.carried.contacts[i].shading_W);
+    const double pull = -dot(force_end_W, contacts.contacts[i].shading_W);
+    const double most = kMostOfSprings * dot(springs_W, contacts.contacts[i].shading_W);
     if (most > 0 && force_share * pull > most) force_share = most / pull;
   }
   rest = rest_at(contacts, tool, X_WC);
@@ -167,7 +157,7 @@ BodyWrench brake_wrench(const SoftContacts& contacts, const BodyMotion& body) {
   const Vec3 v_O_W = velocity_at(V_WO, body.X_WC.p - contacts.X_WO_brake.p);
   const Wrench F = contacts.B * Twist{body.V_WC.v - v_O_W, body.V_WC.w - V_WO.w};
   for (size_t i = 0; i < contacts.n_springs; ++i) {
-    if (dot(F.f, contacts.carried.contacts[i].shading_W) < 0) return brake;
+    if (dot(F.f, contacts.contacts[i].shading_W) < 0) return brake;
   }
   brake.F_W = F;
   brake.by_twist = contacts.B;

@@ -2,18 +2,12 @@
 #pragma once
 
 #include "servo/solve/body/soft_contact.h"
-#include "servo/solve/carried_contacts.h"
 
 namespace haptic {
 
 /// The contacts of a soft proxy this tick: one-sided springs, and the rest of the linearised
 /// wrench.
-struct SoftContacts {
-  CarriedContacts carried;
-  std::array<SoftContact, kMaxContacts> contacts;  // made of these
-  size_t size = 0;
-  bool finite = true;
-
+struct SoftContacts : ContactsNow<SoftContact> {
   bool has_rest = false;
   uint32_t rest_object = 0;
   Pose X_WC0;               // pose at which the wrench was linearised, carried with its object
@@ -27,8 +21,6 @@ struct SoftContacts {
   Mat6 B;           // times the tool's twist about C, relative to rest_object
   Pose X_WO_brake;  // of that object
   Twist V_WO_brake;
-
-  std::span<const SoftContact> view() const { return {contacts.data(), size}; }
 };
 
 struct SoftCarry : TickScene {
@@ -41,7 +33,7 @@ struct SoftCarry : TickScene {
 /// nothing is counted twice:
 ///   F_rest = F0 − Σ k d w,  K_rest = K + Σ k w wᵀ,  w = (n, r × n)
 /// Contacts of wrench_object come first in the set.
-SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
+SoftContacts carry_soft_contacts(const ContactSet& set, const ToolBody& tool,
                                  const SoftCarry& carry);
 
 /// Fades springs whose point has moved along the contact plane to more than Contact::extent (0:
@@ -54,7 +46,7 @@ void fade_past_extent(const Pose& X_WC, SoftContacts& contacts);
 /// X_WC0, so the rest vanishes where the springs let go. Against the object's normal the force is
 /// at most half of what the springs push, so the sum never pulls. `end` is the motion at the end of
 /// the step, or the present one. Does not include the springs of view().
-BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC,
+BodyWrench rest_wrench(const SoftContacts& contacts, const ToolBody& tool, const Pose& X_WC,
                        const BodyMotion& end);
 
 /// Viscous brake of approaching points, B (V − V_object) about C, which slows a tool about to touch

@@ -11,8 +11,6 @@ namespace haptic {
 struct SoftProxyModel {
   SoftSolver solver = SoftSolver::kQuasiStatic;
   Integrator integrator = Integrator::kImplicit;
-  RigidBody tool;
-  VirtualCoupling coupling;
   double contact_stiffness = 1000;  // of contacts that give none [N/m]
   double contact_damping = 0;       // [N·s/m]
   // bound of any point's motion in a tick, beyond the proven free space [m]; 0: none
@@ -25,12 +23,6 @@ struct SoftProxyState {
   ToolMotion proxy;
 };
 
-struct SoftProxyTick : TickScene {
-  ToolMotion hand;
-  const ContactSet* contacts = nullptr;  // null: none
-  double dt = 1e-3;                      // [s]
-};
-
 /// One tick. The proxy starts at the hand. Direct: F = Σ f, τ = Σ r × f of the contacts at the
 /// hand's pose, about the tool's origin. Otherwise the coupling's wrench on the hand, between this
 /// tick's hand and this tick's proxy. If the contacts are not finite, the proxy is reset to the
@@ -41,6 +33,6 @@ struct SoftProxyTick : TickScene {
 /// its last pose, whichever is nearer to the hand, and moves at most max_travel. A proxy with mass
 /// moves at most max_travel beyond the free space around it.
 BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state,
-                              const SoftProxyTick& tick);
+                              const BodyTick& tick);
 
 }  // namespace haptic

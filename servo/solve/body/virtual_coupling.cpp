@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/solve/body/virtual_coupling.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace haptic {
 namespace {
 
-constexpr double kSmallAngle = 1e-4;  // below it the series is exact to rounding [rad]
+constexpr double kSmallAngle = 1e-4;   // below it the series is exact to rounding [rad]
+constexpr double kLeastSpring = 1e-6;  // that a metric can be made of [N/m]
+constexpr double kLeastTurn = 1e-3;    // of k_T radius², the same of rotation
 
 /// Jr⁻¹(θ): derivative of log(E exp(δ)) by δ, E = exp(θ).
 Mat3 inverse_right_jacobian(const Vec3& theta) {
@@ -43,8 +46,7 @@ struct CouplingTerms {
   Vec3 force_W, torque_W;  // on the proxy, dampers included
 };
 
-CouplingTerms terms_of(const VirtualCoupling& coupling, const ToolMotion& hand,
-                       const ToolMotion& proxy) {
+CouplingTerms terms_of(const Coupling& coupling, const ToolMotion& hand, const ToolMotion& proxy) {
   CouplingTerms t;
   // q conj(q) is the identity only up to rounding
   const bool as_one = hand.X_WT.q == proxy.X_WT.q;
@@ -57,40 +59,65 @@ CouplingTerms terms_of(const VirtualCoupling& coupling, const ToolMotion& hand,
   return t;
 }
 
-}  // namespace
+/// The terms about the centre of mass; the wrench without its Jacobian by motion.
+struct CentralTerms : CouplingTerms {
+  Mat3 r;  // [arm]×, from C to the origin of T
+  BodyWrench wrench;
+};
 
-BodyWrench coupling_wrench(const VirtualCoupling& coupling, const RigidBody& body,
-                           const ToolMotion& hand, const BodyMotion& proxy) {
-  const Vec3 arm_W = -rotate(proxy.X_WC.q, body.centre_T);  // from C to the origin of T
-  const CouplingTerms t = terms_of(coupling, hand, motion_of_tool(body, proxy));
-  const Mat3 r = skew(arm_W);
-  const Mat3 k = t.linear.by_stretch;
-  const double b = coupling.translational_damping;
-  BodyWrench sum;
+CentralTerms terms_about_centre(const Coupling& coupling, const ToolBody& body,
+                                const ToolMotion& hand, const BodyMotion& proxy) {
+  const Vec3 arm_W = -rotate(proxy.X_WC.q, body.centre_T);
+  CentralTerms t{terms_of(coupling, hand, motion_of_tool(body, proxy)), skew(arm_W), {}};
+  BodyWrench& sum = t.wrench;
   sum.F_W = {t.force_W, cross(arm_W, t.force_W) + t.torque_W};
   sum.energy = t.linear.energy + t.angular.energy;
+  const double b = coupling.translational_damping;
+  add_block(sum.by_twist, 0, 0, -b * Mat3{});
+  add_block(sum.by_twist, 0, 3, b * t.r);
+  add_block(sum.by_twist, 3, 0, -b * t.r);
+  add_block(sum.by_twist, 3, 3, b * (t.r * t.r));
+  add_block(sum.by_twist, 3, 3, -coupling.rotational_damping * Mat3{});
+  return t;
+}
+
+}  // namespace
+
+Coupling with_least_springs(Coupling coupling, double radius) {
+  double& k = coupling.translational_stiffness;
+  k = std::max(k, kLeastSpring);
+  coupling.rotational_stiffness =
+      std::max(coupling.rotational_stiffness, kLeastTurn * k * (radius * radius));
+  return coupling;
+}
+
+MotionMetric spring_metric(const Coupling& coupling) {
+  return factor_metric(
+      spring_matrix(coupling.translational_stiffness, coupling.rotational_stiffness));
+}
+
+BodyWrench coupling_wrench(const Coupling& coupling, const ToolBody& body, const ToolMotion& hand,
+                           const BodyMotion& proxy) {
+  const CentralTerms t = terms_about_centre(coupling, body, hand, proxy);
+  const Mat3& r = t.r;
+  const Mat3& k = t.linear.by_stretch;
+  BodyWrench sum = t.wrench;
   // the tool's origin moves by δx − [r]× δθ, and its velocity turns with it
-  const Mat3 force_by_angle = k * r + b * (skew(proxy.V_WC.w) * r);
+  const Mat3 force_by_angle = k * r + coupling.translational_damping * (skew(proxy.V_WC.w) * r);
   add_block(sum.by_motion, 0, 0, -1.0 * k);
   add_block(sum.by_motion, 0, 3, force_by_angle);
   add_block(sum.by_motion, 3, 0, -1.0 * (r * k));
   add_block(sum.by_motion, 3, 3, r * force_by_angle + skew(t.force_W) * r);
   add_block(sum.by_motion, 3, 3, -1.0 * (t.angular.by_stretch * inverse_right_jacobian(t.theta_W)));
-  add_block(sum.by_twist, 0, 0, -b * Mat3{});
-  add_block(sum.by_twist, 0, 3, b * r);
-  add_block(sum.by_twist, 3, 0, -b * r);
-  add_block(sum.by_twist, 3, 3, b * (r * r));
-  add_block(sum.by_twist, 3, 3, -coupling.rotational_damping * Mat3{});
   return sum;
 }
 
-BodyWrench symmetric_coupling_wrench(const VirtualCoupling& coupling, const RigidBody& body,
+BodyWrench symmetric_coupling_wrench(const Coupling& coupling, const ToolBody& body,
                                      const ToolMotion& hand, const BodyMotion& proxy) {
-  BodyWrench sum = coupling_wrench(coupling, body, hand, proxy);
-  const CouplingTerms t = terms_of(coupling, hand, motion_of_tool(body, proxy));
-  const Mat3 r = skew(-rotate(proxy.X_WC.q, body.centre_T));
-  const Mat3 k = t.linear.by_stretch;
-  sum.by_motion = {};
+  const CentralTerms t = terms_about_centre(coupling, body, hand, proxy);
+  const Mat3& r = t.r;
+  const Mat3& k = t.linear.by_stretch;
+  BodyWrench sum = t.wrench;
   add_block(sum.by_motion, 0, 0, -1.0 * k);
   add_block(sum.by_motion, 0, 3, k * r);
   add_block(sum.by_motion, 3, 0, -1.0 * (r * k));
@@ -99,14 +126,12 @@ BodyWrench symmetric_coupling_wrench(const VirtualCoupling& coupling, const Rigi
   return sum;
 }
 
-double coupling_energy(const VirtualCoupling& coupling, const ToolMotion& hand,
-                       const ToolMotion& proxy) {
+double coupling_energy(const Coupling& coupling, const ToolMotion& hand, const ToolMotion& proxy) {
   const CouplingTerms t = terms_of(coupling, hand, proxy);
   return t.linear.energy + t.angular.energy;
 }
 
-Wrench wrench_on_hand(const VirtualCoupling& coupling, const ToolMotion& hand,
-                      const ToolMotion& proxy) {
+Wrench wrench_on_hand(const Coupling& coupling, const ToolMotion& hand, const ToolMotion& proxy) {
   const CouplingTerms t = terms_of(coupling, hand, proxy);
   return {-t.force_W, -t.torque_W};
 }

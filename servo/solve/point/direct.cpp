@@ -17,9 +17,7 @@ PointProxySolution solve_direct(const ProxyQuestion& question) {
     const double depth = half_space.offset - dot(half_space.normal, question.tool_W);
     if (!(depth > 0) || out.n_active == static_cast<int>(out.pushes.size())) continue;
     const auto k = static_cast<uint32_t>(&contact - carried.contacts.data());
-    out.pushes[static_cast<size_t>(out.n_active++)] = {contact.object, k,
-                                                       question.contacts.contacts[k].feature,
-                                                       half_space, depth * half_space.normal};
+    out.add(question.contacts, k, half_space, depth);
     out.proxy_W += depth * half_space.normal;
     pushes += depth;
     weighted += depth * contact.weight;

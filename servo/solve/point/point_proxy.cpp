@@ -43,15 +43,12 @@ PointProxySolution solve_point_proxy(const ProxyQuestion& question, PlanesInForc
 
   out.converged = projection.converged;
   out.proxy_W = projection.x;
-  out.n_active = projection.n_active;
   double pushes = 0, weighted = 0;
   for (size_t i = 0; i < static_cast<size_t>(projection.n_active); ++i) {
     const auto k = static_cast<size_t>(projection.active[i]);
     HAPTIC_ASSERT(k < carried.size);
     const double multiplier = projection.multiplier[i];
-    out.pushes[i] = {carried.contacts[k].object, static_cast<uint32_t>(k),
-                     question.contacts.contacts[k].feature, planes.half_spaces[k],
-                     multiplier * planes.half_spaces[k].normal};
+    out.add(question.contacts, static_cast<uint32_t>(k), planes.half_spaces[k], multiplier);
     pushes += multiplier;
     weighted += multiplier * carried.contacts[k].weight;
   }

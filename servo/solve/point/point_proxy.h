@@ -27,6 +27,14 @@ struct PointProxySolution {
   bool finite = true;  // false: a contact or the pose of its object was not finite
   Vec3 held_back_W;    // by friction; without friction the proxy is at proxy_W − held_back_W
 
+  /// Adds an active plane: that of the contact with this index, which makes proxy − tool longer by
+  /// `way` [m].
+  void add(const ContactSet& set, uint32_t index, const HalfSpace& plane, double way) {
+    const Contact& c = set.contacts[index];
+    const auto next = static_cast<size_t>(n_active++);
+    pushes[next] = {c.object, index, c.feature, plane, way * plane.normal};
+  }
+
   std::span<ProxyPush> active() { return {pushes.data(), static_cast<size_t>(n_active)}; }
   std::span<const ProxyPush> active() const {
     return {pushes.data(), static_cast<size_t>(n_active)};

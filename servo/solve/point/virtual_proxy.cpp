@@ -8,12 +8,8 @@
 namespace haptic {
 namespace {
 
-const MaterialConfig& material_of(const VirtualProxyModel& model, const Contact& contact) {
-  return model.materials[contact.material % kMaxObjects];
-}
-
 /// Interpolated normals from contact, tilted by the texture along the path.
-std::array<Vec3, 3> shading_normals(const VirtualProxyModel& model, const VirtualProxyState& state,
+std::array<Vec3, 3> shading_normals(const Materials& materials, const VirtualProxyState& state,
                                     const ProxyQuestion& question,
                                     const PointProxySolution& solution,
                                     std::array<Vec3, 3>& touch_point_O) {
@@ -22,7 +18,7 @@ std::array<Vec3, 3> shading_normals(const VirtualProxyModel& model, const Virtua
     const ProxyPush& push = solution.pushes[i];
     const Contact& contact = question.contacts.contacts[push.contact];
     HAPTIC_ASSERT(push.object < kMaxObjects && push.contact < kMaxContacts);
-    const TextureConfig& texture = material_of(model, contact).texture;
+    const TextureConfig& texture = materials.of(contact.material).texture;
     const Pose& X_WO = question.scene.X_WO[push.object];
     touch_point_O[i] = inverse(X_WO) * (solution.proxy_W - question.radius * push.plane.normal);
     if (contact.shading_normal_O == contact.normal_O && texture.kind == TextureKind::kNone) {
@@ -32,7 +28,7 @@ std::array<Vec3, 3> shading_normals(const VirtualProxyModel& model, const Virtua
     const Vec3 from_O =
         state.touched[push.object] ? state.touch_point_O[push.object] : touch_point_O[i];
     const Vec3 gradient_O =
-        steepest_gradient(texture, model.images, {from_O, touch_point_O[i], contact.normal_O});
+        steepest_gradient(texture, materials.images, {from_O, touch_point_O[i], contact.normal_O});
     normals_W[i] = rotate(X_WO.q, tilted_normal(contact.shading_normal_O, gradient_O));
   }
   return normals_W;
@@ -45,7 +41,7 @@ struct Mixture {
   uint32_t object = 0;
 };
 
-Mixture mix_materials(const VirtualProxyModel& model, const ProxyQuestion& question,
+Mixture mix_materials(const Materials& materials, const ProxyQuestion& question,
                       const PointProxySolution& solution) {
   Mixture mixture;
   double total = 0, hardest = 0;
@@ -53,7 +49,7 @@ Mixture mix_materials(const VirtualProxyModel& model, const ProxyQuestion& quest
   if (!(total > 0)) return mixture;
   mixture.stiffness_share = 0;
   for (const ProxyPush& push : solution.active()) {
-    const MaterialConfig& m = material_of(model, question.contacts.contacts[push.contact]);
+    const MaterialConfig& m = materials.of(question.contacts.contacts[push.contact].material);
     const double say = norm(push.push_W) / total;
     mixture.law.static_ratio += say * m.friction_static;
     mixture.law.dynamic_ratio += say * m.friction_dynamic;
@@ -88,10 +84,10 @@ void note_touches(const PointProxySolution& solution, const std::array<Vec3, 3>&
 
 }  // namespace
 
-PointProxySolution solve_virtual_proxy(const VirtualProxyModel& model, VirtualProxyState& state,
+PointProxySolution solve_virtual_proxy(const Materials& materials, VirtualProxyState& state,
                                        const ProxyQuestion& question,
                                        const VirtualProxyTick& tick) {
-  HAPTIC_ASSERT(tick.dt > 0 && model.radius >= 0);
+  HAPTIC_ASSERT(tick.dt > 0 && question.radius >= 0);
   PlanesInForce planes;
   PointProxySolution solution = solve_point_proxy(question, planes);
   if (solution.n_active == 0) {
@@ -99,11 +95,11 @@ PointProxySolution solve_virtual_proxy(const VirtualProxyModel& model, VirtualPr
     return solution;
   }
   std::array<Vec3, 3> touch_point_O;
-  const auto normals_W = shading_normals(model, state, question, solution, touch_point_O);
+  const auto normals_W = shading_normals(materials, state, question, solution, touch_point_O);
   note_touches(solution, touch_point_O, state);
   const Vec3 foot_W = shaded_proxy(solution, planes, question.tool_W, normals_W);
 
-  Mixture mixture = mix_materials(model, question, solution);
+  Mixture mixture = mix_materials(materials, question, solution);
   mixture.law.stiffness = tick.stiffness;
   mixture.law.dt = tick.dt;
   Vec3 held_W = hold_by_friction(mixture.law, state.friction, question.tool_W, foot_W,

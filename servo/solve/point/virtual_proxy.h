@@ -1,18 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "proto/config/config.h"
+#include "servo/solve/materials.h"
 #include "servo/solve/point/friction.h"
 #include "servo/solve/point/point_proxy.h"
 
 namespace haptic {
-
-/// Constants of virtual-proxy3.
-struct VirtualProxyModel {
-  double radius = 0;  // of the proxy [m]
-  std::array<MaterialConfig, kMaxObjects> materials{};
-  std::array<HeightImage, kMaxImages> images{};
-};
 
 /// What persists from tick to tick.
 struct VirtualProxyState {
@@ -33,7 +26,7 @@ struct VirtualProxyTick {
 /// the material's share s_s of the stiffness: proxy' = tool + s_s (proxy − tool), so the effective
 /// stiffness is exactly s_s k. Where several planes push, their materials are averaged, weighted by
 /// the pushes.
-PointProxySolution solve_virtual_proxy(const VirtualProxyModel& model, VirtualProxyState& state,
+PointProxySolution solve_virtual_proxy(const Materials& materials, VirtualProxyState& state,
                                        const ProxyQuestion& question, const VirtualProxyTick& tick);
 
 }  // namespace haptic

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/render/body.cpp: ticks of a 6-DoF tool on hand-made contacts.
+// Tests for servo/render/soft_solver.cpp: ticks of a 6-DoF tool on hand-made contacts.
 #include <limits>
 #include <memory>
 
@@ -111,7 +111,7 @@ TEST_CASE("servo: what was felt before direct6 does not limit the force after it
     // both are rendered by the same function
     if (k == 20) now.renderer = static_cast<uint32_t>(haptic::Renderer::kDirect6);
     step_armed(model, state, input_at(k, {0, 0, -1e-3}, &now));
-    CHECK(state.render.continuity.started == (k < 20));
+    CHECK(std::get<haptic::SoftProxySolver>(state.render.solver).continuity.started == (k < 20));
   }
 }
 
@@ -126,14 +126,14 @@ TEST_CASE("servo: while nothing is felt a body's proxy is at the hand", "[servo]
     ServoInput input = input_at(k, {0, 0, -1e-3}, set.get());
     input.control = &control;
     const ServoFrame f = step_armed(model, state, input);
-    CHECK(is_started<haptic::SoftProxyState>(state));
+    CHECK(is_started<haptic::SoftProxySolver>(state));
     CHECK(f.X_WP.p.z > -1e-3);
   }
   control.paused = 1;
   ServoInput paused = input_at(21, {0, 0, -2e-3}, set.get());
   paused.control = &control;
   CHECK(step_armed(model, state, paused).F_device_B == haptic::Wrench{});
-  CHECK_FALSE(is_started<haptic::SoftProxyState>(state));
+  CHECK_FALSE(is_started<haptic::SoftProxySolver>(state));
 }
 
 TEST_CASE("servo: what the objects are pushed with is what the hand feels", "[servo]") {

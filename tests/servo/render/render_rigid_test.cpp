@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/render/rigid.cpp: ticks of a tool that never enters an object, on hand-made
-// contacts.
+// Tests for servo/render/rigid_solver.cpp: ticks of a tool that never enters an object, on
+// hand-made contacts.
 #include <limits>
 
 #include "proto/math/units.h"
@@ -131,7 +131,7 @@ TEST_CASE("servo: a plane in place of another turns the force, with friction too
   auto floor = rigid_set({}, {{{}, {0, 0, 1}, 0}}), ramp = rigid_set({}, {{{}, slope, 0}});
   floor->renderer = ramp->renderer = static_cast<uint32_t>(Renderer::kGodObject6);
   RigidSession session(*floor);
-  MaterialConfig& material = session.model.virtual_proxy.materials[0];
+  MaterialConfig& material = session.model.materials.of_object[0];
   material.friction_static = material.friction_dynamic = mu;
   for (int i = 0; i < 20; ++i) session.tick({0, 0, -depth * std::min(i / 10.0, 1.0)});
   Vec3 before = session.tick({0, 0, -depth}).F_device_B.f;
@@ -158,7 +158,7 @@ TEST_CASE("servo: friction of a rigid tool is its object's, and contact hears of
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
   RigidSession session(*floor_set(renderer));
   for (const double mu : {0.0, 0.5}) {
-    MaterialConfig& material = session.model.virtual_proxy.materials[0];
+    MaterialConfig& material = session.model.materials.of_object[0];
     material.friction_static = material.friction_dynamic = mu;
     session.state = {};
     session.model.coupling.translational_damping = 2;
@@ -210,8 +210,8 @@ TEST_CASE("servo: rigid tools begin anew where nothing was felt, or another rend
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
   RigidSession session(*floor_set(renderer));
   const auto started = [&] {
-    return is_started<haptic::GodObject6State>(session.state) ||
-           is_started<haptic::Constrained6State>(session.state);
+    return is_started<haptic::GodObject6Solver>(session.state) ||
+           is_started<haptic::Constrained6Solver>(session.state);
   };
   ControlFrame control{};
   control.armed = 1;
@@ -235,6 +235,6 @@ TEST_CASE("servo: rigid tools begin anew where nothing was felt, or another rend
     session.set().renderer = static_cast<uint32_t>(renderer);
     session.tick({0, 0, 1e-3}, {}, &control);
     CHECK(started());
-    CHECK_FALSE(is_started<haptic::SoftProxyState>(session.state));
+    CHECK_FALSE(is_started<haptic::SoftProxySolver>(session.state));
   }
 }

@@ -81,7 +81,7 @@ struct Scene {
 /// What no hand can make unstable: below 2 (b − b_c)/T and 2c/Δ, moving and turning.
 bool is_safe(const SessionConfig& config) {
   const SimulatedHandConfig& hand = config.device.hand;
-  const CouplingConfig& k = config.coupling;
+  const Coupling& k = config.coupling;
   return k.translational_stiffness < passive_stiffness(moving_axis(config)) &&
          k.rotational_stiffness < passive_stiffness(turning_axis(config)) &&
          k.translational_stiffness <= 2 * hand.coulomb_friction / hand.encoder_step &&

@@ -33,7 +33,7 @@ struct Account {
 };
 
 /// A coupling without a turning spring holds nothing in it.
-inline double stored_in(const CouplingConfig& k, const Wrench& F) {
+inline double stored_in(const Coupling& k, const Wrench& F) {
   const double moving = norm_squared(F.f) / (2 * k.translational_stiffness);
   if (k.rotational_stiffness == 0) return moving;
   return moving + norm_squared(F.t) / (2 * k.rotational_stiffness);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for contact/detect/body/body_detectors.cpp and contact/shape/mesh/tool_body.cpp, and for
+// Tests for contact/detect/soft_detector.cpp and contact/shape/mesh/tool_body.cpp, and for
 // what contact/step.cpp does with them.
-#include "contact/detect/body/body_detectors.h"
-
 #include "contact/shape/mesh/tool_body.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/meshes.h"

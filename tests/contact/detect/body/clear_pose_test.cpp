@@ -47,7 +47,7 @@ struct ClearPair {
   /// Points that touch with the tool there, each looked up.
   uint64_t touching(const Pose& X_WT) {
     VoxelState all(voxel);
-    VoxelQuestion question;
+    BodyQuestion question;
     question.X_WT = X_WT;
     question.reach = kVoxel;
     const auto set = std::make_unique<ContactSet>();

@@ -84,14 +84,14 @@ TEST_CASE("clusters: of tens of thousands of points none pushes another way than
   std::array<PushCluster, kMostClusters> clusters;
   const size_t n = clustered(pushes, {1e-3, 0.5}, clusters);
   double up = 0, down = 0;
-  size_t count = 0;
+  double count = 0;
   for (size_t i = 0; i < n; ++i) {
     const double force = clusters[i].stiffness * clusters[i].depth * clusters[i].normal_O.z;
     (force > 0 ? up : down) += force;
     CHECK(std::fabs(clusters[i].normal_O.z) > 1 - 1e-9);
     count += clusters[i].count;
   }
-  CHECK(count == pushes.size());
+  CHECK(count == static_cast<double>(pushes.size()));
   CHECK(up == Approx(20'000 * 5 * 2e-3));
   CHECK(down == Approx(-20'000 * 5 * 1e-3));
 }
@@ -113,7 +113,7 @@ TEST_CASE("clusters: with no more room each point goes where it fits best", "[co
   std::array<PushCluster, 4> clusters;
   const size_t n = clustered(pushes, {1e-3, 0.5}, clusters);
   REQUIRE(n == 4);
-  uint32_t count = 0;
+  double count = 0;
   for (const PushCluster& c : clusters) count += c.count;
   CHECK(count == 300);
   CHECK_THAT(wrench_of(clusters).f, IsNear(sum_pushes(pushes, {}).F0_O.f, 1e-4));

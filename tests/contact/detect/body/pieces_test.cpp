@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for contact/detect/body/pieces.cpp and contact/detect/piece_detector.cpp.
+// Tests for contact/detect/body/pieces.cpp and contact/detect/soft_detector.cpp.
 #include "contact/detect/body/pieces.h"
 
 #include <algorithm>
@@ -56,7 +56,7 @@ struct Detector {
 
   const ContactSet& at(const Pose& X_WT, const Pose& X_WO = {}) {
     *set = {};
-    PieceQuestion question;
+    BodyQuestion question;
     question.X_WT = X_WT;
     question.X_WO[0] = X_WO;
     question.reach = kReach;

@@ -245,7 +245,7 @@ class Pieces {
     *set_ = {};
     set_->n_objects = 1;
     set_->X_WT = X_OT;
-    PieceQuestion question;
+    BodyQuestion question;
     question.X_WT = X_OT;
     question.reach = kAhead;
     refine_.spread = model_.refine.spread;
@@ -338,11 +338,9 @@ template <class Ask>
 Felt feel(const Stroke& stroke, SoftSolver solver, int age, const Ask& ask) {
   SoftProxyModel model;
   model.solver = solver;
-  model.tool.radius = 0.03;
-  model.coupling.translational_stiffness = 2000;
-  model.coupling.translational_damping = 5;
-  model.coupling.rotational_stiffness = 2;
-  model.coupling.rotational_damping = 0.005;
+  BodyTick tick;
+  tick.tool.radius = 0.03;
+  tick.coupling = {2000, 5, 2, 0.005, 0, 0};
   SoftProxyState state;
   const auto set = std::make_unique<ContactSet>();
   Felt felt;
@@ -358,7 +356,6 @@ Felt feel(const Stroke& stroke, SoftSolver solver, int age, const Ask& ask) {
       set->n_objects = 1;
       set->X_WT = X_OT;
     }
-    SoftProxyTick tick;
     tick.hand = hand;
     tick.contacts = set.get();
     const BodySolution solved = solve_soft_proxy(model, state, tick);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for contact/detect/body/rigid_tool.cpp, and for what contact/step.cpp does with it.
-#include "contact/detect/body/rigid_tool.h"
+// Tests for contact/detect/rigid_detector.cpp, and for what contact/step.cpp does with it.
+#include "contact/detect/rigid_detector.h"
 
 #include <limits>
 
@@ -51,9 +51,9 @@ struct RigidBench : test::BakedContact {
     return *set;
   }
   bool is_met(const Pose& X_WT) const {
-    for (uint32_t i = 0; i < model.n_objects; ++i) {
+    for (uint32_t i = 0; i < model.shapes.size(); ++i) {
       const Pose X_OT = inverse(set->X_WO[i]) * X_WT;
-      if (triangle_pairs(model.shapes[i], model.bodies.tool, X_OT, {}) > 0) return true;
+      if (triangle_pairs(model.shapes[i], model.tool, X_OT, {}) > 0) return true;
     }
     return false;
   }

@@ -56,7 +56,7 @@ struct Pressing {
 Pressing press(const SoftPair& pair, SoftLoop& loop, const Path& path, double duration) {
   Pressing out;
   const auto obstacle = triangles_of(pair.object.mesh.view(), {});
-  const double most = loop.model.coupling.max_force;
+  const double most = loop.in_force.coupling.max_force;
   const auto n = static_cast<int>(duration / kTick);
   for (int i = 0; i < n; ++i) {
     const auto solution = loop.tick(motion_at(path, kTick * i));
@@ -86,10 +86,10 @@ void prescribe(SoftLoop& loop, const SoftPair& pair, SoftSolver solver) {
   loop.voxel.force = {stiffness, 10, layer};
   loop.voxel.clusters = {3 * pair.size, 0.5};
   loop.model.solver = solver;
-  loop.model.tool.mass = 0.05;
-  loop.model.tool.inertia_C = 2e-5 * Vec3{1, 1, 1};
+  loop.in_force.tool.mass = 0.05;
+  loop.in_force.tool.inertia_T = 2e-5 * Vec3{1, 1, 1};
   const double half = 0.5 * stiffness * layer;
-  loop.model.coupling = {800, 1, 0.5, 1e-3, half, half * pair.shell.radius};
+  loop.in_force.coupling = {800, 1, 0.5, 1e-3, half, half * pair.shell.radius};
   loop.model.contact_damping = 2;
   loop.model.max_travel = pair.size;
 }
@@ -199,10 +199,12 @@ TEST_CASE("soft loop: retreat at 0.5 m/s with contact at 100 Hz is never attract
         for (int i = 0; i < 150; ++i) {
           const ToolMotion hand = motion_at(path, kTick * i);
           if (i >= 50) loop.every = 10;
+          const ContactSet none{};
           SoftProxyState alone = loop.state;
           const BodySolution with = loop.tick(hand);
-          const BodySolution without =
-              solve_soft_proxy(loop.model, alone, {{}, hand, nullptr, kTick});
+          const BodySolution without = solve_soft_proxy(
+              loop.model, alone,
+              {{}, hand, &none, kTick, loop.in_force.tool, loop.in_force.coupling});
           CAPTURE(static_cast<int>(asked), static_cast<int>(solver), i, late, tilt, away);
           CAPTURE(with.F_hand_W.f.z, without.F_hand_W.f.z, hand.X_WT.p.z);
           REQUIRE(with.F_hand_W.f.z >= without.F_hand_W.f.z - 1e-9);

@@ -25,7 +25,7 @@ struct Scene {
       build_pointshell(build_shape(make_box({0.03, 0.04, 0.02})).mesh.view(), 1.5e-3);
   std::array<VoxelObject, 2> objects{{{map.view(), field.view()}, {map.view(), field.view()}}};
   VoxelModel model;
-  VoxelQuestion question;
+  BodyQuestion question;
 
   explicit Scene(VoxelForce reading) {
     model.shell = shell.view();
@@ -74,7 +74,7 @@ TEST_CASE("voxel: clusters and the linearised wrench tell of the same force", "[
     // it pushes the tool out
     if (reading == VoxelForce::kField) CHECK(dot(set->F0_W.f, u) > 0);
     // the servo's part: springs and rest reproduce it
-    RigidBody tool;
+    ToolBody tool = kUnknownTool;
     SoftCarry carry;
     const SoftContacts contacts = carry_soft_contacts(*set, tool, carry);
     const Wrench again =
@@ -180,7 +180,7 @@ TEST_CASE("voxel: a box on a plane is n times as stiff, and at most ten points",
     model.force = {500, 10};
     VoxelState state(model);
     const auto force_at = [&](double depth) {
-      VoxelQuestion question;
+      BodyQuestion question;
       question.X_WT.p = {-0.02, -0.02, height - depth};
       const auto set = std::make_unique<ContactSet>();
       detect_voxel(model, state, question, *set);
@@ -214,7 +214,7 @@ TEST_CASE("voxel: the linearised wrench against asking again within the trust ra
   model.objects = objects;
   model.force = {5, 1e9, 1e-3};
   VoxelState state(model);
-  VoxelQuestion question;
+  BodyQuestion question;
   const auto ask = [&](const Pose& X_WT) {
     question.X_WT = X_WT;
     auto set = std::make_unique<ContactSet>();
@@ -269,7 +269,7 @@ TEST_CASE("voxel: seen from anywhere it is the same", "[contact][trap]") {
   scene.model.damping = 2;
   scene.question.X_WT = {{0.002, -0.003, kRadius + 0.009}, from_rotation_vector({0.05, 0.1, 0.3})};
   scene.question.V_WT = {{0.01, 0.02, -0.1}, {0.3, 0.1, 0}};
-  const VoxelQuestion here = scene.question;
+  const BodyQuestion here = scene.question;
   // clusters go on from those of the last frame
   const auto ask = [&] {
     VoxelState state(scene.model);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/solve/body/constrained6.h"
+#include "servo/solve/body/virtual_coupling.h"
 
 #include "proto/math/lcp.h"
 #include "proto/wire/renderer.h"
@@ -16,21 +17,21 @@ constexpr double kH = 1e-3;
 /// A box of 0.1 kg, its corners 2 cm from the centre.
 RigidLoop constrained() {
   RigidLoop loop(Renderer::kConstrained6);
-  loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+  loop.tick.coupling = {800, 2, 2, 5e-3, 0, 0};
   return loop;
 }
 
 double energy(const RigidLoop& loop) {
   const BodyMotion& body = loop.constrained.body;
   const Vec3 w = rotate(conjugate(body.X_WC.q), body.V_WC.w);
-  const Vec3& i = loop.model.tool.inertia_C;
-  return 0.5 * (loop.model.tool.mass * norm_squared(body.V_WC.v) + i.x * w.x * w.x +
+  const Vec3& i = loop.tick.tool.inertia_T;
+  return 0.5 * (loop.tick.tool.mass * norm_squared(body.V_WC.v) + i.x * w.x * w.x +
                 i.y * w.y * w.y + i.z * w.z * w.z);
 }
 
 /// Sets the body loose, as it is.
 void let_go(RigidLoop& loop, const BodyMotion& body) {
-  loop.model.coupling = {};
+  loop.tick.coupling = {};
   loop.constrained.started = true;
   loop.constrained.body = body;
 }
@@ -40,8 +41,8 @@ void let_go(RigidLoop& loop, const BodyMotion& body) {
 TEST_CASE("constrained6: a pulled box rests on four corners", "[servo]") {
   RigidLoop loop = constrained();
   const auto materials = rough(GENERATE(0.0, 0.5));
-  loop.model.materials = materials;
-  loop.model.tool.centre_T = {0.003, -0.002, 0.001};
+  loop.materials = materials;
+  loop.tick.tool.centre_T = {0.003, -0.002, 0.001};
   const auto floor = rigid_set({{0, 0, 0.02}, {}}, corners_on_floor(0.02, -0.02));
   BodySolution out;
   for (int i = 0; i < 2000; ++i) out = loop.hold({{0, 0, 0.015}, {}}, *floor);
@@ -63,7 +64,7 @@ TEST_CASE("constrained6: sticks within the cone of friction and slides at its ed
   CAPTURE(mu, degrees);
   const auto materials = rough(mu);
   RigidLoop loop = constrained();
-  loop.model.materials = materials;
+  loop.materials = materials;
   const Vec3 start{0, 0, 0.002};
   const auto floor = rigid_set({start, {}}, corners_on_floor(0.02, -0.002));
   const double pull = 3e-3;
@@ -99,7 +100,7 @@ TEST_CASE("constrained6: the step without friction is that of the complementarit
   size_t compared = 0, constraining = 0;
   for (size_t i = 0; i < trials(1000); ++i) {
     RigidLoop loop = constrained();
-    loop.model.tool.inertia_C = {1e-4, 2e-4, 2.5e-4};
+    loop.tick.tool.inertia_T = {1e-4, 2e-4, 2.5e-4};
     const Pose X_WG = random.pose(0.1);
     const auto touches = random_touches(random, 0.05, 1e-3);
     let_go(loop, {X_WG, {random.uniform(0, 0.5) * random.direction(), 5 * random.direction()}});
@@ -113,7 +114,7 @@ TEST_CASE("constrained6: the step without friction is that of the complementarit
       rows.push_back(row);
     }
     const Mat3 R = to_matrix(X_WG.q);
-    const Vec3& inertia = loop.model.tool.inertia_C;
+    const Vec3& inertia = loop.tick.tool.inertia_T;
     const Mat3 scaled =
         from_columns(inertia.x * R.column(0), inertia.y * R.column(1), inertia.z * R.column(2));
     const MotionMetric metric = factor_metric(mass_matrix(0.1, scaled * transpose(R)));
@@ -146,7 +147,7 @@ TEST_CASE("constrained6: pivoting leads the body as the solver of friction does 
     for (int tick = 0; tick < 5; ++tick) {
       for (size_t k = 0; k < 2; ++k) {
         RigidLoop& loop = loops[k];
-        loop.model.tool.inertia_C = {1e-4, 2e-4, 2.5e-4};
+        loop.tick.tool.inertia_T = {1e-4, 2e-4, 2.5e-4};
         if (tick == 0) loop.constrained = {true, {X_WG, V}, {}};
         out[k] = loop.step(hand, *set);
         REQUIRE(out[k].converged);
@@ -190,8 +191,8 @@ TEST_CASE("constrained6: a body that nobody leads never gains energy", "[servo][
   for (const double mu : {0.0, 0.3, 1.0}) {
     const auto materials = rough(mu);
     RigidLoop loop = constrained();
-    loop.model.tool.inertia_C = {1e-4, 2e-4, 2.5e-4};
-    loop.model.materials = materials;
+    loop.tick.tool.inertia_T = {1e-4, 2e-4, 2.5e-4};
+    loop.materials = materials;
     double before = 0;
     size_t lost = 0;
     for (size_t i = 0; i < trials(10000); ++i) {
@@ -215,7 +216,7 @@ TEST_CASE("constrained6: a body that nobody leads never gains energy", "[servo][
 
 TEST_CASE("constrained6: free of contacts it turns on, and follows the hand", "[servo]") {
   RigidLoop loop = constrained();
-  loop.model.tool.inertia_C = {1e-4, 2e-4, 2.5e-4};
+  loop.tick.tool.inertia_T = {1e-4, 2e-4, 2.5e-4};
   const auto none = rigid_set({}, {});
   let_go(loop, {{}, {{0.1, 0, 0}, {1, 2, 3}}});
   const double before = energy(loop);
@@ -224,7 +225,7 @@ TEST_CASE("constrained6: free of contacts it turns on, and follows the hand", "[
   CHECK_THAT(loop.constrained.body.X_WC.p, IsNear({0.1, 0, 0}, 1e-12));
 
   RigidLoop led = constrained();
-  led.model.tool.centre_T = {0.01, 0, 0.02};
+  led.tick.tool.centre_T = {0.01, 0, 0.02};
   const Pose hand{{0.01, 0.02, 0.03}, from_rotation_vector({0.3, 0, 0.4})};
   led.hold(Pose{}, *none);
   BodySolution out;
@@ -267,7 +268,7 @@ TEST_CASE("constrained6: stays in a tight hole, and finite whatever leads it", "
   Random random(5);
   const auto materials = rough(GENERATE(0.0, 0.3));
   RigidLoop loop = constrained();
-  loop.model.materials = materials;
+  loop.materials = materials;
   const auto set = rigid_set({}, wall_of_hole(1e-5));
   loop.hold(Pose{}, *set);
   for (size_t i = 0; i < trials(5000); ++i) {
@@ -285,8 +286,8 @@ TEST_CASE("constrained6: stays in a tight hole, and finite whatever leads it", "
 TEST_CASE("constrained6: a tool without mass is not a body: it rests, and a flag says so",
           "[servo]") {
   RigidLoop loop = constrained();
-  loop.model.tool.mass = 0;
-  loop.model.coupling = {};
+  loop.tick.tool.mass = 0;
+  loop.tick.coupling = {};
   const BodySolution out = loop.hold(Pose{}, *rigid_set({}, corners_on_floor(0.02, 0)));
   CHECK_FALSE(out.converged);
   CHECK(is_finite(out.proxy.X_WT));
@@ -295,8 +296,8 @@ TEST_CASE("constrained6: a tool without mass is not a body: it rests, and a flag
 TEST_CASE("coupling: its symmetric Jacobian is the true one where nothing is stretched",
           "[servo]") {
   Random random(9);
-  const VirtualCoupling coupling{800, 2, 2, 5e-3, 8, 0.5};
-  const RigidBody tool{0.1, {1e-4, 1e-4, 1e-4}, {0.01, -0.02, 0.03}, 0.05};
+  const Coupling coupling{800, 2, 2, 5e-3, 8, 0.5};
+  const ToolBody tool{0.1, {1e-4, 1e-4, 1e-4}, {0.01, -0.02, 0.03}, 0.05};
   for (size_t i = 0; i < trials(200); ++i) {
     const ToolMotion at{random.pose(0.1), {}};
     const BodyMotion proxy = motion_of_centre(tool, at);
@@ -325,7 +326,7 @@ TEST_CASE("constrained6: follows a ball and leaves a plane at its extent", "[ser
   set->contacts[0].extent = 4e-3;
   set->contacts[0].curvature = 1 / radius;
   RigidLoop loop(Renderer::kConstrained6);
-  loop.model.coupling = {800, 20, 2, 0.02, 0, 0};
+  loop.tick.coupling = {800, 20, 2, 0.02, 0, 0};
   for (int i = 0; i < 200; ++i) loop.hold({{0, 0, -1e-3}, {}}, *set);
   // 0.1 m/s: it lies on the ball as far as the plane holds
   for (int i = 0; i <= 120; ++i) {

@@ -30,7 +30,7 @@ std::unique_ptr<ContactSet> empty_set(double clearance) {
 
 ServoModel voxel_model() {
   ServoModel model = plain_model(800);
-  model.body.max_travel = kHalfBand;
+  model.soft.max_travel = kHalfBand;
   model.coupling.rotational_stiffness = 1;
   return model;
 }
@@ -68,7 +68,7 @@ class LateLoop {
 
 TEST_CASE("free space: what is left is what no point of the ball has moved", "[servo]") {
   Random random(17);
-  const RigidBody tool{0.1, {1e-4, 1e-4, 1e-4}, {0.01, -0.02, 0.005}, 0.03};
+  const ToolBody tool{0.1, {1e-4, 1e-4, 1e-4}, {0.01, -0.02, 0.005}, 0.03};
   size_t n_free = 0;
   for (size_t trial = 0; trial < 2000; ++trial) {
     auto set = empty_set(random.uniform(0, 0.05));

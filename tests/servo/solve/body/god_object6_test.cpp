@@ -32,7 +32,7 @@ Pose at(const Vec3& p_W) {
 TEST_CASE("god-object6: a cube on one edge and on four corners", "[servo]") {
   // side 1, M = diag(1, 1/6); the inertia acts as k_R
   RigidLoop loop = god_object();
-  loop.model.coupling = {1, 0, 1.0 / 6, 0, 0, 0};
+  loop.tick.coupling = {1, 0, 1.0 / 6, 0, 0, 0};
   const auto one = rigid_set({}, {{{0.5, -0.5, 0}, {0, 1, 0}, 0}});
   const BodySolution out = loop.hold(at({0, -1, 0}), *one);
   CHECK_THAT(out.proxy.X_WT.p, IsNear({0, -0.6, 0}, 1e-12));
@@ -46,7 +46,7 @@ TEST_CASE("god-object6: a cube on one edge and on four corners", "[servo]") {
     for (const double z : {-0.5, 0.5}) bottom.push_back({{x, -0.5, z}, {0, 1, 0}, 0});
   }
   RigidLoop four = god_object();
-  four.model.coupling = loop.model.coupling;
+  four.tick.coupling = loop.tick.coupling;
   const BodySolution flat = four.hold(at({0, -1, 0}), *rigid_set({}, bottom));
   CHECK_THAT(flat.proxy.X_WT.p, IsNear({}, 1e-12));
   CHECK_THAT(flat.F_hand_W.f, IsNear({0, 1, 0}, 1e-12));
@@ -56,9 +56,9 @@ TEST_CASE("god-object6: a cube on one edge and on four corners", "[servo]") {
 
 TEST_CASE("god-object6: free space is exactly free, however fast", "[servo][trap]") {
   RigidLoop loop = god_object();
-  loop.model.coupling = {800, 2, 2, 5e-3, 8, 0.5};
+  loop.tick.coupling = {800, 2, 2, 5e-3, 8, 0.5};
   const auto materials = rough(0.5);
-  loop.model.materials = materials;
+  loop.materials = materials;
   // towards a floor 1 mm ahead, where a damper would act before the spring
   const auto set = rigid_set(at({0, 0, 0.021}), corners_on_floor(0.02, -0.02, 0.001));
   for (int i = 0; i < 100; ++i) {
@@ -73,7 +73,7 @@ TEST_CASE("god-object6: free space is exactly free, however fast", "[servo][trap
 
 TEST_CASE("god-object6: without friction a plane pushes along its normal alone", "[servo][trap]") {
   RigidLoop loop = god_object();
-  loop.model.coupling.translational_damping = GENERATE(0, 2);
+  loop.tick.coupling.translational_damping = GENERATE(0, 2);
   const auto set = rigid_set(at({0, 0, 0.02}), corners_on_floor(0.02, -0.02));
   for (int i = 0; i < 200; ++i) {
     const double way = 1e-4 * i;
@@ -82,7 +82,7 @@ TEST_CASE("god-object6: without friction a plane pushes along its normal alone",
     const double tangential = std::hypot(out.F_hand_W.f.x, out.F_hand_W.f.y);
     REQUIRE(tangential <= 1e-9 * norm(out.F_hand_W.f));
     REQUIRE(out.F_hand_W.f.z ==
-            Approx(800 * way + loop.model.coupling.translational_damping * 0.1 * (i > 0 ? 1 : 0)));
+            Approx(800 * way + loop.tick.coupling.translational_damping * 0.1 * (i > 0 ? 1 : 0)));
   }
 }
 
@@ -90,7 +90,7 @@ TEST_CASE("god-object6: the force lies in the cone of the contacts", "[servo]") 
   // KKT conditions for the contacts as they are: feasible, and the force in their cone
   Random random(1);
   RigidLoop loop = god_object();
-  loop.model.coupling = {800, 0, 2, 0, 0, 0};
+  loop.tick.coupling = {800, 0, 2, 0, 0, 0};
   size_t pushed = 0;
   for (size_t i = 0; i < trials(4000); ++i) {
     const Pose X_WG = random.pose(0.1);
@@ -99,7 +99,7 @@ TEST_CASE("god-object6: the force lies in the cone of the contacts", "[servo]") 
     const Twist a_u{random.uniform(0, 5e-3) * random.direction(),
                     random.uniform(0, 0.1) * random.direction()};
     loop.god_object = {};
-    loop.model.coupling.translational_damping = i % 2 == 0 ? 0 : 2;
+    loop.tick.coupling.translational_damping = i % 2 == 0 ? 0 : 2;
     const Twist V{random.uniform(0, 0.3) * random.direction(), random.direction()};
     const BodySolution out = loop.step(ToolMotion{moved(X_WG, a_u), V}, *set);
     REQUIRE(out.converged);
@@ -130,7 +130,7 @@ TEST_CASE("god-object6: the force lies in the cone of the contacts", "[servo]") 
 TEST_CASE("god-object6: a tight peg moves freely along its hole", "[servo][trap]") {
   // contacts all round with zero gap, some of them opposite
   RigidLoop loop = god_object();
-  loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+  loop.tick.coupling = {800, 2, 2, 5e-3, 0, 0};
   const auto set = rigid_set({}, wall_of_hole(0));
   for (int i = 0; i < 300; ++i) {
     // pulled along, turned about the axis, pushed and tilted against the walls
@@ -169,9 +169,9 @@ TEST_CASE("god-object6: another feature of the same surface changes nothing", "[
 TEST_CASE("god-object6: contacts fade with their age, without a step", "[servo][trap]") {
   RigidLoop loop = god_object();
   const double k = 800, depth = 5e-3, speed = 0.05;
-  loop.model.coupling = {k, 2, 2, 0, 0, 0};
+  loop.tick.coupling = {k, 2, 2, 0, 0, 0};
   const auto materials = rough(GENERATE(0.0, 0.5));
-  loop.model.materials = materials;
+  loop.materials = materials;
   const auto floor = rigid_set({}, corners_on_floor(0.02, 0));
   const double full = k * depth + 2 * speed;
   const ToolMotion hand{at({0, 0, -depth}), {{0, 0, -speed}, {}}};
@@ -195,7 +195,7 @@ TEST_CASE("god-object6: sticks within the cone of friction and slides at its edg
   const double angle = std::atan(mu) + degrees * kDegree;
   const auto materials = rough(mu);
   RigidLoop loop = god_object();
-  loop.model.materials = materials;
+  loop.materials = materials;
   // low enough not to tip over
   const auto floor = rigid_set(at({0, 0, 0.002}), corners_on_floor(0.02, -0.002));
   const double depth = 3e-3;
@@ -217,7 +217,7 @@ TEST_CASE("god-object6: sticks within the cone of friction and slides at its edg
 TEST_CASE("god-object6: what sticks does not creep", "[servo][trap]") {
   RigidLoop loop = god_object();
   const auto materials = rough(0.5);
-  loop.model.materials = materials;
+  loop.materials = materials;
   loop.hold(at({0, 0, 0.02}), *rigid_set(at({0, 0, 0.02}), corners_on_floor(0.02, -0.02)));
   const Pose hand{{1e-3, 0, 0.017}, from_rotation_vector({0, 0, 0.01})};
   for (size_t i = 0; i < trials(10000); ++i) {
@@ -232,8 +232,8 @@ TEST_CASE("god-object6: what sticks does not creep", "[servo][trap]") {
 TEST_CASE("god-object6: sliding takes the dynamic ratio, rest the static one", "[servo]") {
   RigidLoop loop = god_object();
   auto materials = rough(0);
-  materials[0].friction_static = 0.8, materials[0].friction_dynamic = 0.3;
-  loop.model.materials = materials;
+  materials.of_object[0].friction_static = 0.8, materials.of_object[0].friction_dynamic = 0.3;
+  loop.materials = materials;
   const auto floor = rigid_set({}, corners_on_floor(0.02, 0));
   loop.hold(at({}), *floor);
   const double depth = 3e-3;
@@ -273,12 +273,12 @@ TEST_CASE("god-object6: shading turns the force, its own normals change nothing"
 
 TEST_CASE("god-object6: a grating tilts the force by its slope", "[servo]") {
   auto materials = rough(GENERATE(0.0, 0.2));
-  TextureConfig& texture = materials[0].texture;
+  TextureConfig& texture = materials.of_object[0].texture;
   texture.kind = TextureKind::kGrating;
   texture.amplitude = 1e-5;
   texture.period = 1e-3;
   RigidLoop loop = god_object();
-  loop.model.materials = materials;
+  loop.materials = materials;
   const auto set = rigid_set({}, {{{}, {0, 0, 1}, 0}});
   const double slope = texture.amplitude * 2 * 3.14159265358979 / texture.period;
   // at the crest's flank, where the height rises along x
@@ -292,8 +292,8 @@ TEST_CASE("rigid tools: a moving object takes the proxy along", "[servo]") {
   const double mu = GENERATE(0.0, 0.5);
   const auto materials = rough(mu);
   RigidLoop loop(renderer);
-  loop.model.materials = materials;
-  loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+  loop.materials = materials;
+  loop.tick.coupling = {800, 2, 2, 5e-3, 0, 0};
   const auto set = rigid_set(at({0, 0, 0.02}), corners_on_floor(0.02, -0.02));
   // a body with mass is not turned, and slides where there is no friction
   const Twist V{{has_mass && mu == 0 ? 0 : 0.1, 0, 0.05}, {0, has_mass ? 0 : 0.3, 0}};
@@ -320,8 +320,8 @@ TEST_CASE("rigid tools: a moving object takes the proxy along", "[servo]") {
 
 TEST_CASE("god-object6: the spring ends at its bounds, the direction stays", "[servo]") {
   RigidLoop loop = god_object(), bound = god_object();
-  bound.model.coupling.max_force = 2;
-  bound.model.coupling.max_torque = 0.01;
+  bound.tick.coupling.max_force = 2;
+  bound.tick.coupling.max_torque = 0.01;
   const auto set = rigid_set({}, {{{0.02, 0, 0}, {0, 0, 1}, 0}, {{0, 0.01, 0}, {0, 0.6, 0.8}, 0}});
   const Pose hand{{0, -2e-3, -8e-3}, from_rotation_vector({0.1, 0.2, 0})};
   const Wrench full = loop.hold(hand, *set).F_hand_W, least = bound.hold(hand, *set).F_hand_W;
@@ -340,7 +340,7 @@ TEST_CASE("rigid tools: what is not finite renders nothing, and the next tick be
   for (const int what : {0, 1, 2, 3, 4, 5, 6, 7}) {
     CAPTURE(row_of(renderer).name, what);
     RigidLoop loop(renderer);
-    loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+    loop.tick.coupling = {800, 2, 2, 5e-3, 0, 0};
     loop.hold(at({0, 0, -1e-3}), *good);
     ContactSet set = *good;
     if (what == 0) set.X_WG.p.x = nan;
@@ -371,8 +371,8 @@ TEST_CASE("god-object6: whatever contact says, force and proxy are bounded by th
   for (const double mu : {0.0, 0.4}) {
     const auto materials = rough(mu);
     RigidLoop loop = god_object();
-    loop.model.materials = materials;
-    loop.model.coupling = {800, 0, 2, 0, 0, 0};
+    loop.materials = materials;
+    loop.tick.coupling = {800, 0, 2, 0, 0, 0};
     size_t pushed = 0, failed = 0;
     Pose X_WG;
     for (size_t i = 0; i < trials(5000); ++i) {
@@ -417,8 +417,8 @@ TEST_CASE("god-object6: held between two objects it gives way to neither, and on
   // a floor at rest, and a plate above that moves sideways
   const auto materials = rough(GENERATE(0.0, 0.5));
   RigidLoop loop = god_object();
-  loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
-  loop.model.materials = materials;
+  loop.tick.coupling = {800, 2, 2, 5e-3, 0, 0};
+  loop.materials = materials;
   auto touches = corners_on_floor(0.02, 0);
   for (const double x : {-0.02, 0.02}) touches.push_back({{x, 0, 0.04}, {0, 0, -1}, 0});
   const auto set = rigid_set({}, touches);
@@ -439,7 +439,7 @@ TEST_CASE("god-object6: held between two objects it gives way to neither, and on
 
 TEST_CASE("god-object6: a wall ahead does not brake before it is touched", "[servo][trap]") {
   RigidLoop loop = god_object();
-  loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+  loop.tick.coupling = {800, 2, 2, 5e-3, 0, 0};
   const double ahead = 3e-4;
   auto touches = corners_on_floor(0.02, 0);
   touches.push_back({{0.02, 0, 0.01}, {-1, 0, 0}, ahead});
@@ -458,7 +458,7 @@ TEST_CASE("god-object6: damped contacts never contradict one another", "[servo][
   Random random(8);
   for (size_t i = 0; i < trials(300); ++i) {
     RigidLoop loop = god_object();
-    loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+    loop.tick.coupling = {800, 2, 2, 5e-3, 0, 0};
     const Pose X_WG = random.pose(0.1);
     const auto set = rigid_set(X_WG, random_touches(random, 0.05, 2e-3));
     const Twist V = random_way(random, 0.1);
@@ -499,7 +499,7 @@ TEST_CASE("god-object6: friction holds the proxy where the surface has not falle
   set->contacts[0].extent = 0.02;
   set->contacts[0].curvature = 20;
   RigidLoop loop = god_object();
-  loop.model.materials = materials;
+  loop.materials = materials;
   loop.hold(at({0, 0, -2e-3}), *set);
   const BodySolution stuck = loop.hold(at({2e-3, 0, -2e-3}), *set);
   CHECK_THAT(stuck.proxy.X_WT.p, IsNear({}, 1e-9));

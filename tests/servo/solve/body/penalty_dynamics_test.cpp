@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kStep = 1e-3;
 
-VirtualCoupling spring(double k, double b) {
+Coupling spring(double k, double b) {
   return {k, b, 0, 0, 0, 0};
 }
 
@@ -20,7 +20,7 @@ struct Swing {
   double largest = 0, last = 0;
 };
 Swing swing(Integrator integrator, int steps, double b = 0, double mass = 0.1) {
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   tool.mass = mass;
   BodyMotion body{{{1, 0, 0}, {}}, {}};
   Swing out;
@@ -35,7 +35,7 @@ Swing swing(Integrator integrator, int steps, double b = 0, double mass = 0.1) {
 
 /// Amplitude of an undamped oscillation, from position and velocity.
 double amplitude(Integrator integrator, int steps) {
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   BodyMotion body{{{1, 0, 0}, {}}, {}};
   for (int i = 0; i < steps; ++i) {
     const BodyWrench f = coupling_wrench(spring(1000, 0), tool, {}, body);
@@ -45,16 +45,16 @@ double amplitude(Integrator integrator, int steps) {
   return std::hypot(norm(body.X_WC.p), norm(body.V_WC.v) / omega);
 }
 
-double kinetic(const RigidBody& tool, const BodyMotion& body) {
+double kinetic(const ToolBody& tool, const BodyMotion& body) {
   const Vec3 w_C = rotate(conjugate(body.X_WC.q), body.V_WC.w);
-  const Vec3& i = tool.inertia_C;
+  const Vec3& i = tool.inertia_T;
   return 0.5 * tool.mass * norm_squared(body.V_WC.v) +
          0.5 * (i.x * w_C.x * w_C.x + i.y * w_C.y * w_C.y + i.z * w_C.z * w_C.z);
 }
 
-Vec3 angular_momentum(const RigidBody& tool, const BodyMotion& body) {
+Vec3 angular_momentum(const ToolBody& tool, const BodyMotion& body) {
   const Vec3 w_C = rotate(conjugate(body.X_WC.q), body.V_WC.w);
-  const Vec3& i = tool.inertia_C;
+  const Vec3& i = tool.inertia_T;
   return rotate(body.X_WC.q, {i.x * w_C.x, i.y * w_C.y, i.z * w_C.z});
 }
 
@@ -82,11 +82,11 @@ TEST_CASE("dynamics: explicit fails where theory says, implicit does not", "[ser
 
 TEST_CASE("dynamics: one implicit step is that of the closed form", "[servo]") {
   // u' = (m u + h f)/(m + h² (k + k_T))
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   tool.mass = 0.01;
   BodyMotion body{{{0, 0, -1e-3}, {}}, {{0, 0, -0.05}, {}}};
   BodyWrench f = coupling_wrench(spring(1000, 0), tool, {{{0, 0, -5e-3}, {}}, {}}, body);
-  const SoftContact floor{{}, {}, {0, 0, 1}, {}, 5000, 0};
+  const SoftContact floor = spring_contact({}, {}, {0, 0, 1}, 5000);
   const double force = 5000 * 1e-3 - 1000 * 4e-3;
   // h K u belongs to the right side: the spring force at the end of the step
   const double expected = (0.01 * -0.05 + kStep * force) / (0.01 + kStep * kStep * 6000);
@@ -96,9 +96,9 @@ TEST_CASE("dynamics: one implicit step is that of the closed form", "[servo]") {
 }
 
 TEST_CASE("dynamics: the torque-free body keeps its angular momentum", "[servo][trap]") {
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   tool.mass = 1;
-  tool.inertia_C = {1, 2, 3};
+  tool.inertia_T = {1, 2, 3};
   const BodyMotion start{{}, {{}, {0.1, 1.0, 0.1}}};
   for (const Integrator integrator : {Integrator::kSemiImplicit, Integrator::kImplicit}) {
     BodyMotion body = start;
@@ -119,16 +119,17 @@ TEST_CASE("dynamics: implicit energy never grows without input", "[servo][trap]"
   // m from 1e-4 to 10 kg, k up to 1e6 N/m: a body thrown onto a floor, held by a coupling at rest
   const double mass = GENERATE(1e-4, 1e-2, 1.0, 10.0);
   const double k = GENERATE(1e3, 1e5, 1e6);
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   tool.mass = mass;
-  tool.inertia_C = mass * 1e-3 * Vec3{1, 1, 1};
-  const VirtualCoupling coupling{1000, 0, 1, 0, 0, 0};
+  tool.inertia_T = mass * 1e-3 * Vec3{1, 1, 1};
+  const Coupling coupling{1000, 0, 1, 0, 0, 0};
   BodyMotion body{{{0, 0, 2e-3}, {}}, {{0, 0, -0.5}, {}}};
   const ToolMotion hand{{{0, 0, -1e-3}, {}}, {}};
   double before = std::numeric_limits<double>::infinity();
   std::vector<SoftContact> feet;
   for (const double x : {-0.02, 0.02}) {
-    for (const double y : {-0.02, 0.02}) feet.push_back({{x, y, 0}, {}, {0, 0, 1}, {}, k, 0});
+    for (const double y : {-0.02, 0.02})
+      feet.push_back(spring_contact({x, y, 0}, {}, {0, 0, 1}, k));
   }
   for (int i = 0; i < 2000; ++i) {
     const BodyWrench f = coupling_wrench(coupling, tool, hand, body);
@@ -148,7 +149,7 @@ TEST_CASE("dynamics: Jacobians of contacts and coupling against central differen
           "[servo][trap]") {
   Random random(11);
   for (size_t i = 0; i < trials(200); ++i) {
-    RigidBody tool;
+    ToolBody tool = kUnknownTool;
     tool.centre_T = 0.03 * random.direction();
     const BodyMotion body{random.pose(0.1), random_twist(random, 0.2, 2)};
     SoftContact contact = random_contact(random, body.X_WC);
@@ -161,13 +162,13 @@ TEST_CASE("dynamics: Jacobians of contacts and coupling against central differen
     // a surface that bends, beside the point of the contact, as far as it bends and beyond
     contact.curvature = random.uniform(5, 200);
     const Vec3 beside = cross(contact.normal_W, random.direction());
-    contact.object_point_W += (i % 2 == 0 ? 2e-3 : 2e-2) * beside;
+    contact.point_W += (i % 2 == 0 ? 2e-3 : 2e-2) * beside;
     const double fall = -gap_of(contact, body.X_WC);
-    contact.object_point_W += (1e-3 - std::min(fall, 0.0)) * contact.normal_W;
+    contact.point_W += (1e-3 - std::min(fall, 0.0)) * contact.normal_W;
     REQUIRE(norm(touch(body).F_W.f) > 0);
     CHECK(jacobian_error(touch, body, 1e-7, 1e-4) <= 1e-5);
     const ToolMotion hand{random.pose(0.12), random_twist(random, 0.2, 2)};
-    const VirtualCoupling coupling{1000, 0.5, 2, 1e-3, i % 2 == 0 ? 5.0 : 0, i % 3 == 0 ? 0.5 : 0};
+    const Coupling coupling{1000, 0.5, 2, 1e-3, i % 2 == 0 ? 5.0 : 0, i % 3 == 0 ? 0.5 : 0};
     const auto hold = [&](const BodyMotion& at) {
       return coupling_wrench(coupling, tool, hand, at);
     };
@@ -178,7 +179,8 @@ TEST_CASE("dynamics: Jacobians of contacts and coupling against central differen
 TEST_CASE("dynamics: a curved contact pushes as the ball it stands for", "[servo]") {
   // a point beside the top of a ball: distance √((R − d)² + s²) − R, to second order
   const double radius = 0.05;
-  const SoftContact contact{{}, {0, 0, radius}, {0, 0, 1}, {}, 1000, 0, 1 / radius};
+  SoftContact contact = spring_contact({}, {0, 0, radius}, {0, 0, 1}, 1000);
+  contact.curvature = 1 / radius;
   for (const double beside : {0.0, 1e-3, 2e-3, 4e-3}) {
     for (const double depth : {0.0, 2e-4, 5e-4}) {
       const Vec3 p{beside, 0, radius - depth};
@@ -199,15 +201,15 @@ TEST_CASE("dynamics: stable from 10 g to 1 kg at every coupling a device allows,
   const double mass = GENERATE(0.01, 0.1, 1.0);
   const double k = GENERATE(200.0, 1000.0, 5000.0);
   const auto rest_error = [&](Integrator integrator) {
-    RigidBody tool;
+    ToolBody tool = kUnknownTool;
     tool.mass = mass;
-    tool.inertia_C = mass * 1e-3 * Vec3{1, 1, 1};
-    const VirtualCoupling coupling{k, 0.02 * std::sqrt(k * mass), k * 1e-3, 1e-3, 0, 0};
+    tool.inertia_T = mass * 1e-3 * Vec3{1, 1, 1};
+    const Coupling coupling{k, 0.02 * std::sqrt(k * mass), k * 1e-3, 1e-3, 0, 0};
     const ToolMotion hand{{{0, 0, -2e-3}, {}}, {}};
     std::vector<SoftContact> feet;
     for (const double x : {-0.02, 0.02}) {
       for (const double y : {-0.02, 0.02}) {
-        feet.push_back({{x, y, 0}, {x, y, 0}, {0, 0, 1}, {}, 2500, 0});
+        feet.push_back(spring_contact({x, y, 0}, {x, y, 0}, {0, 0, 1}, 2500));
       }
     }
     BodyMotion body{{{0, 0, 1e-3}, {}}, {{0, 0, -0.1}, {}}};
@@ -239,7 +241,7 @@ TEST_CASE("dynamics: a contact pushes out and never pulls", "[servo][trap]") {
     const double push = add_soft_contact(c, body, sum);
     REQUIRE(push >= 0);
     REQUIRE(dot(sum.F_W.f, c.normal_W) >= 0);
-    c.object_point_W = body.X_WC * c.tool_point_C - 1e-6 * c.normal_W;
+    c.point_W = body.X_WC * c.tool_point_C - 1e-6 * c.normal_W;
     BodyWrench apart;
     REQUIRE(add_soft_contact(c, body, apart) == 0);
     REQUIRE(apart.F_W == Wrench{});
@@ -247,7 +249,7 @@ TEST_CASE("dynamics: a contact pushes out and never pulls", "[servo][trap]") {
 }
 
 TEST_CASE("dynamics: no point travels further than allowed", "[servo]") {
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   BodyMotion body{{}, {{3, 0, 0}, {0, 40, 0}}};
   const auto next = penalty_dynamics_step(tool, body, {}, {}, Integrator::kImplicit, {kStep, 1e-3});
   CHECK(next.was_cut);
@@ -257,7 +259,7 @@ TEST_CASE("dynamics: no point travels further than allowed", "[servo]") {
 }
 
 TEST_CASE("dynamics: what is not finite leaves the body where it is", "[servo]") {
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
   const BodyMotion body{{{1, 2, 3}, {}}, {{1, 0, 0}, {}}};
   BodyWrench f;
   f.F_W.f.x = std::nan("");

@@ -15,9 +15,9 @@ constexpr QuasiStaticStep kFree{0, 50, 1e-10};
 
 TEST_CASE("quasi-static: equilibrium of two springs in closed form", "[servo]") {
   // x = (k_T x_h + k p)/(k_T + k), felt k_T (x_h − x)
-  const RigidBody tool;
-  const VirtualCoupling coupling{800, 0, 1, 0, 0, 0};
-  const SoftContact floor{{}, {}, {0, 0, 1}, {}, 3000, 0};
+  const ToolBody tool = kUnknownTool;
+  const Coupling coupling{800, 0, 1, 0, 0, 0};
+  const SoftContact floor = spring_contact({}, {}, {0, 0, 1}, 3000);
   const Pose X_WT{{0, 0, -5e-3}, {}};
   const auto out = solve_quasi_static(coupling, tool, X_WT, {&floor, 1}, {}, kFree);
   CHECK(out.converged);
@@ -28,10 +28,10 @@ TEST_CASE("quasi-static: equilibrium of two springs in closed form", "[servo]") 
 
 TEST_CASE("quasi-static: a hard wall a micrometre ahead of a long step", "[servo][trap]") {
   // the step is 300 times as long as the wall permits
-  const RigidBody tool;
-  const VirtualCoupling coupling{1000, 0, 1, 0, 0, 0};
+  const ToolBody tool = kUnknownTool;
+  const Coupling coupling{1000, 0, 1, 0, 0, 0};
   const double k = GENERATE(3e4, 3e5, 1e6);
-  const SoftContact wall{{}, {0, 0, -1e-6}, {0, 0, 1}, {}, 1 * k, 0};
+  const SoftContact wall = spring_contact({}, {0, 0, -1e-6}, {0, 0, 1}, k);
   const Pose X_WT{{2e-4, 0, -5e-4}, {}};
   const auto out = solve_quasi_static(coupling, tool, X_WT, {&wall, 1}, {}, {5e-4});
   CHECK(out.converged);
@@ -44,9 +44,9 @@ TEST_CASE("quasi-static: nothing is left over on random contacts", "[servo]") {
   size_t converged = 0;
   const size_t n = trials(400);
   for (size_t i = 0; i < n; ++i) {
-    RigidBody tool;
+    ToolBody tool = kUnknownTool;
     tool.centre_T = 0.02 * random.direction();
-    const VirtualCoupling coupling{800, 0, 1, 0, 0, 0};
+    const Coupling coupling{800, 0, 1, 0, 0, 0};
     const Pose X_WT = random.pose(0.05);
     const Pose start = motion_of_centre(tool, {X_WT, {}}).X_WC;
     std::vector<SoftContact> contacts;
@@ -73,10 +73,10 @@ TEST_CASE("quasi-static: nothing is left over on random contacts", "[servo]") {
 }
 
 TEST_CASE("quasi-static: no iteration moves a point further than the trust region", "[servo]") {
-  const RigidBody tool;
-  const VirtualCoupling coupling{800, 0, 1, 0, 0, 0};
+  const ToolBody tool = kUnknownTool;
+  const Coupling coupling{800, 0, 1, 0, 0, 0};
   const Pose X_WT{{0.1, 0, 0}, from_rotation_vector({0, 0, 1})};
-  const SoftContact far{{}, {5, 0, 0}, {-1, 0, 0}, {}, 3000, 0};
+  const SoftContact far = spring_contact({}, {5, 0, 0}, {-1, 0, 0}, 3000);
   const auto out = solve_quasi_static(coupling, tool, X_WT, {&far, 1}, {}, {1e-3, 1, 1e-9});
   CHECK(out.iterations == 1);
   CHECK_FALSE(out.converged);

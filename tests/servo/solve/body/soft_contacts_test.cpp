@@ -14,7 +14,7 @@ namespace {
 struct Patch {
   std::vector<PointPush> pushes;  // in W: sums do not depend on the frame
   ContactSet set{};
-  RigidBody tool;
+  ToolBody tool = kUnknownTool;
 };
 
 Patch make_patch(uint64_t seed, double tilt, const Pose& X_WO) {
@@ -60,7 +60,7 @@ Wrench all_points(const Patch& patch, const Twist& motion_of_origin, const Vec3&
   return sum_pushes(moved, centre_W).F0_O;
 }
 
-Wrench model_at(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC) {
+Wrench model_at(const SoftContacts& contacts, const ToolBody& tool, const Pose& X_WC) {
   return soft_contact_wrench(contacts.view(), {X_WC, {}}).F_W +
          rest_wrench(contacts, tool, X_WC, {X_WC, {}}).F_W;
 }

@@ -27,17 +27,21 @@ ContactSet floor_contacts(size_t n) {
 SoftProxyModel model_of(SoftSolver solver) {
   SoftProxyModel model;
   model.solver = solver;
-  model.coupling = {800, 0.5, 1, 1e-3, 0, 0};
   model.contact_stiffness = 2000;
   return model;
 }
 
-BodySolution held_at(const SoftProxyModel& model, SoftProxyState& state, const Pose& X_WT,
-                     const ContactSet* contacts) {
-  SoftProxyTick tick;
+BodyTick tick_of(const Pose& X_WT, const ContactSet* contacts) {
+  BodyTick tick;
   tick.hand = {X_WT, {}};
   tick.contacts = contacts;
-  return solve_soft_proxy(model, state, tick);
+  tick.coupling = {800, 0.5, 1, 1e-3, 0, 0};
+  return tick;
+}
+
+BodySolution held_at(const SoftProxyModel& model, SoftProxyState& state, const Pose& X_WT,
+                     const ContactSet* contacts) {
+  return solve_soft_proxy(model, state, tick_of(X_WT, contacts));
 }
 
 }  // namespace
@@ -80,11 +84,9 @@ TEST_CASE("soft proxy: free space is exactly free for the massless, almost for t
   double most = 0;
   for (int i = 0; i < 2000; ++i) {
     // 0.2 m/s to and fro
-    SoftProxyTick tick;
     const double t = 1e-3 * i;
-    tick.hand.X_WT.p = {0.05 * std::sin(4 * t), 0, 0};
+    BodyTick tick = tick_of({{0.05 * std::sin(4 * t), 0, 0}, {}}, &none);
     tick.hand.V_WT.v = {0.2 * std::cos(4 * t), 0, 0};
-    tick.contacts = &none;
     const auto q = solve_soft_proxy(model_of(SoftSolver::kQuasiStatic), still, tick);
     REQUIRE(q.F_hand_W == Wrench{});
     const auto d = solve_soft_proxy(model_of(SoftSolver::kPenaltyDynamics), dynamic, tick);
@@ -108,7 +110,7 @@ TEST_CASE("soft proxy: no point goes further in a tick than the speed limit", "[
         held_at(model, state, {{0.02, 0, -0.01}, from_rotation_vector({0.5, 1, 0})}, &set)
             .proxy.X_WT;
     const double turn = norm(to_rotation_vector(after.q * conjugate(before.q)));
-    REQUIRE(norm(after.p - before.p) + model.tool.radius * turn <= 0.5e-3 * (1 + 1e-9));
+    REQUIRE(norm(after.p - before.p) + kUnknownTool.radius * turn <= 0.5e-3 * (1 + 1e-9));
   }
 }
 
@@ -134,9 +136,8 @@ TEST_CASE("soft proxy: points that approach are braked, those that leave are not
   set.X_WT.p = {0, 0, 0.025};
   const auto felt = [&](SoftSolver solver, double speed) {
     SoftProxyState state;
-    SoftProxyTick tick;
-    tick.hand = {{{0, 0, 0.025}, {}}, {{0, 0, speed}, {}}};
-    tick.contacts = &set;
+    BodyTick tick = tick_of({{0, 0, 0.025}, {}}, &set);
+    tick.hand.V_WT.v.z = speed;
     return solve_soft_proxy(model_of(solver), state, tick);
   };
   // −B v

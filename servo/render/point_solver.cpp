@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The renderers of a point: planes at this tick, a proxy, the coupling's force.
-#include "servo/render/point.h"
+#include "servo/render/point_solver.h"
 
 #include "proto/math/assert.h"
 #include "servo/solve/point/direct.h"
@@ -52,23 +51,23 @@ Rendered rendered_point(const RenderQuestion& question, const PointProxySolution
   return out;
 }
 
-Rendered render_point_proxy(const ServoModel&, const RenderQuestion& question, RenderState&) {
+Rendered PointProxySolver::render(const ServoModel&, const RenderQuestion& question,
+                                  ContactSolvers&) {
   PlanesInForce planes;
   return rendered_point(question, solve_point_proxy(point_question(question), planes));
 }
 
-Rendered render_direct(const ServoModel&, const RenderQuestion& question, RenderState&) {
+Rendered DirectSolver::render(const ServoModel&, const RenderQuestion& question, ContactSolvers&) {
   return rendered_point(question, solve_direct(point_question(question)));
 }
 
-Rendered render_virtual_proxy(const ServoModel& model, const RenderQuestion& question,
-                              RenderState& state) {
-  auto& kept = state.kept.keep<VirtualProxyState>();
+Rendered VirtualProxySolver::render(const ServoModel& model, const RenderQuestion& question,
+                                    ContactSolvers&) {
   ProxyQuestion sphere = point_question(question);
-  sphere.radius = model.virtual_proxy.radius;
-  sphere.held_back_W = kept.held_back_W;
+  sphere.radius = model.proxy_radius;
+  sphere.held_back_W = state.held_back_W;
   const VirtualProxyTick tick{question.coupling.translational_stiffness, model.dt};
-  return rendered_point(question, solve_virtual_proxy(model.virtual_proxy, kept, sphere, tick));
+  return rendered_point(question, solve_virtual_proxy(model.materials, state, sphere, tick));
 }
 
 }  // namespace haptic

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+
+#include "proto/config/config.h"
+
+namespace haptic {
+
+/// What the objects are made of, for the solvers of all renderers.
+struct Materials {
+  std::array<MaterialConfig, kMaxObjects> of_object{};
+  std::array<HeightImage, kMaxImages> images{};  // of their textures
+
+  /// That of a contact, by Contact::material.
+  const MaterialConfig& of(uint32_t material) const { return of_object[material % kMaxObjects]; }
+};
+
+}  // namespace haptic
