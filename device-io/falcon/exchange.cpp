@@ -16,7 +16,7 @@ constexpr int kGoodForDoubt = 32;             // answers for a challenge that is
 constexpr int kTrials = 4;  // unmet challenges that show a firmware without manners
 // four misses are stale, for a busy machine may mistake a late answer for another; as many
 // challenges that are met make up for one
-constexpr int kDoubtOfMiss = 4, kMostDoubt = 4 * kDoubtOfMiss;
+constexpr int kDoubtOfMiss = FalconExchange::kMostDoubt / 4;
 
 }  // namespace
 
@@ -33,7 +33,7 @@ bool FalconExchange::is_challenge_due() noexcept {
   if (legs_ != kFalconLegs || manners_ == Manners::kIgnores) return false;
   if (--until_next_ > 0) return false;
   random_ = 1'664'525 * random_ + 1'013'904'223;  // Knuth's constants
-  const bool trusts = doubt_ == 0 && manners_ == Manners::kObeys;
+  const bool trusts = trust_.is_whole() && manners_ == Manners::kObeys;
   const int fewest = trusts ? kFewestApart : 2;
   const int most = trusts ? kMostApart : 5;
   until_next_ =
@@ -78,20 +78,19 @@ void FalconExchange::judge_challenge(bool met, int64_t t_ns) noexcept {
     if (!met && ++tried_ == kTrials) manners_ = Manners::kIgnores;
     return;
   }
-  const bool was_stale = stale_;
+  const bool was_stale = trust_.is_lost();
   if (met || t_ns >= std::max(excused_ns_, busy_ns_)) doubt(met ? -1 : kDoubtOfMiss);
   // an answer may have been taken for that of the question after it; silence tells them apart, a
   // longer one each time, and a lie outlives it. The first question of a stale device is not held
   // back, for it carries zero force
-  distrusts_ |= !met && stale_ == was_stale;
-  quiet_ns_ = met ? kQuietNs / 2 : std::min(2 * quiet_ns_, stale_ ? kAskAgainMostNs : kMostQuietNs);
+  distrusts_ |= !met && trust_.is_lost() == was_stale;
+  quiet_ns_ = met ? kQuietNs / 2
+                  : std::min(2 * quiet_ns_, trust_.is_lost() ? kAskAgainMostNs : kMostQuietNs);
 }
 
-void FalconExchange::doubt(int change) noexcept {
-  doubt_ = std::clamp(doubt_ + change, 0, kMostDoubt);
-  if (doubt_ == kMostDoubt) stale_ = true;
-  if (doubt_ == 0) stale_ = false;
-  mailbox_.set_stale(stale_);
+void FalconExchange::doubt(int weight) noexcept {
+  trust_.doubt(weight);
+  mailbox_.set_stale(trust_.is_lost());
 }
 
 void FalconExchange::begin_anew(int64_t t_ns) noexcept {

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "device-io/falcon/packet.h"
+#include "device-io/sensing/trust.h"
 #include "device-io/threemotors/motor_mailbox.h"
 
 namespace haptic {
@@ -62,13 +63,14 @@ class FalconExchange {
   static constexpr int64_t kAskAgainMostNs = 80'000'000;
   static constexpr int64_t kQuietNs = 5'000'000;            // old answers come within a millisecond
   static constexpr int kFewestApart = 16, kMostApart = 31;  // questions between challenges
+  static constexpr int kMostDoubt = 16;  // challenges to be met by one that was not believed
 
  private:
   enum class Manners { kUnknown, kObeys, kIgnores };
 
   void take(MotorSample answer, int64_t t_ns) noexcept;
   void judge_challenge(bool met, int64_t t_ns) noexcept;
-  void doubt(int change) noexcept;
+  void doubt(int weight) noexcept;
   bool is_challenge_due() noexcept;
 
   MotorMailbox& mailbox_;
@@ -90,9 +92,8 @@ class FalconExchange {
   bool challenges_ = false;  // the last question is one
   uint8_t legs_ = 0;         // homed, by the last other answer
   int tried_ = 0;            // before its manners are known
-  int doubt_ = 0;            // rises by a miss, falls by one with each challenge that is met
-  int good_ = 0;             // answers, where the firmware ignores challenges
-  bool stale_ = false;
+  Trust trust_{kMostDoubt};
+  int good_ = 0;        // answers, where the firmware ignores challenges
   int until_next_ = 0;  // questions
   uint32_t random_ = 1;
   uint8_t number_ = 0;  // of samples
