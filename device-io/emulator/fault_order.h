@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "device-io/woodenhaptics/arm.h"
+#include "device-io/motors/arm.h"
 
 namespace haptic {
 

@@ -6,8 +6,8 @@
 #include <span>
 
 #include "device-io/falcon/packet.h"
+#include "device-io/motors/motor_mailbox.h"
 #include "device-io/sensing/trust.h"
-#include "device-io/threemotors/motor_mailbox.h"
 
 namespace haptic {
 

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "device-io/threemotors/motor_mailbox.h"
+#include "device-io/motors/motor_mailbox.h"
 
 namespace haptic {
 

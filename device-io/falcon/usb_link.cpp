@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "device-io/motors/follow_scheduling.h"
 #include "device-io/plugged/find_node.h"
-#include "device-io/threemotors/follow_scheduling.h"
 #include "proto/ipc/process.h"
 #include "proto/math/units.h"
 #include "proto/os/realtime.h"

@@ -13,8 +13,8 @@
 
 #include "device-io/falcon/bring_up.h"
 #include "device-io/falcon/exchange.h"
-#include "device-io/threemotors/byte_tap.h"
-#include "device-io/threemotors/motor_mailbox.h"
+#include "device-io/motors/byte_tap.h"
+#include "device-io/motors/motor_mailbox.h"
 #include "proto/config/device_config.h"
 #include "proto/os/file_descriptor.h"
 

@@ -5,8 +5,8 @@
 #include <span>
 
 #include "device-io/haply/packet.h"
+#include "device-io/motors/motor_mailbox.h"
 #include "device-io/sensing/trust.h"
-#include "device-io/threemotors/motor_mailbox.h"
 
 namespace haptic {
 

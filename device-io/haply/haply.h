@@ -6,7 +6,7 @@
 
 #include "device-io/haply/haply_line.h"
 #include "device-io/haply/pantograph.h"
-#include "device-io/threemotors/three_motor_device.h"
+#include "device-io/motors/three_motor_device.h"
 
 namespace haptic {
 

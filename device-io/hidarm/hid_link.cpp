@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "device-io/threemotors/follow_scheduling.h"
+#include "device-io/motors/follow_scheduling.h"
 #include "proto/ipc/process.h"
 #include "proto/os/realtime.h"
 

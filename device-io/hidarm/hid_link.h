@@ -9,7 +9,7 @@
 
 #include "device-io/hid/hid_node.h"
 #include "device-io/hidarm/hid_exchange.h"
-#include "device-io/threemotors/byte_tap.h"
+#include "device-io/motors/byte_tap.h"
 
 namespace haptic {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <cstdint>
 
+#include "device-io/motors/arm.h"
 #include "device-io/polhem/linkage.h"
-#include "device-io/woodenhaptics/arm.h"
 
 namespace haptic {
 

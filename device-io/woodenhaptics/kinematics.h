@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "device-io/woodenhaptics/arm.h"
+#include "device-io/motors/arm.h"
 #include "proto/math/mat3.h"
 #include "proto/math/vec3.h"
 

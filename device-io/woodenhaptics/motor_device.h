@@ -4,8 +4,8 @@
 #include <string>
 
 #include "device-io/device.h"
+#include "device-io/motors/arm.h"
 #include "device-io/sensing/encoder_noise.h"
-#include "device-io/woodenhaptics/arm.h"
 #include "device-io/woodenhaptics/motor_line.h"
 
 namespace haptic {

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "device-io/motors/arm.h"
 #include "device-io/woodenhaptics/answer_match.h"
-#include "device-io/woodenhaptics/arm.h"
 #include "device-io/woodenhaptics/protocol.h"
 #include "proto/os/file_descriptor.h"
 #include "proto/wire/wire.h"

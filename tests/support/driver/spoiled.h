@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "device-io/threemotors/three_motor_device.h"
+#include "device-io/motors/three_motor_device.h"
 #include "proto/math/units.h"
 
 namespace haptic::test {

@@ -10,7 +10,7 @@
 #include "device-io/falcon/falcon.h"
 #include "device-io/hidarm/hid_arm.h"
 #include "device-io/hidarm/hid_exchange.h"
-#include "device-io/threemotors/three_motor_device.h"
+#include "device-io/motors/three_motor_device.h"
 
 namespace haptic::test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "device-io/threemotors/follow_scheduling.h"
+#include "device-io/motors/follow_scheduling.h"
 
 #include <sched.h>
 

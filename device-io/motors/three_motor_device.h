@@ -8,9 +8,9 @@
 #include <string>
 
 #include "device-io/device.h"
+#include "device-io/motors/byte_tap.h"
+#include "device-io/motors/motor_mailbox.h"
 #include "device-io/sensing/encoder_noise.h"
-#include "device-io/threemotors/byte_tap.h"
-#include "device-io/threemotors/motor_mailbox.h"
 
 namespace haptic {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "device-io/threemotors/three_motor_device.h"
+#include "device-io/motors/three_motor_device.h"
 
 #include <algorithm>
 #include <utility>
