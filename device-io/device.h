@@ -29,6 +29,10 @@ struct DeviceCaps {
   Causality causality = Causality::kImpedance;
 };
 
+/// Silence after which a device counts as lost until it answers again [ns]
+/// (docs/decisions/0004-a-device-may-be-silent-for-20-ms.md).
+inline constexpr int64_t kDeviceSilenceNs = 20'000'000;
+
 /// Two instants on one clock: CLOCK_MONOTONIC, or virtual time in lockstep.
 struct TickTime {
   int64_t deadline_ns;  // grid point of this tick

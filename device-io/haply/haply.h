@@ -10,14 +10,12 @@
 
 namespace haptic {
 
-/// Above what the motors of the pantograph can do anywhere in its workspace [N].
-inline constexpr double kHaplyMaxForce = 5;
-
 /// A Haply board with a pantograph as an arm of two motors, in units of kHaplyTorqueUnit. Frame B
 /// as in pantograph.h: with both motors before you and the handle on your side, x to the left, y
 /// towards you, z up. The pose has z = 0 and the identity as orientation. Always homed: it counts
 /// from where it was set up.
-ThreeMotorArm haply_arm(const PantographConfig& config);
+Arm haply_arm(const PantographConfig& config);
+MotorFlags haply_flags();
 
 /// The board on its serial line. A sample is one tick old, as with MotorDevice: a wall is stable
 /// for K < (b + B)/(3T/2).

@@ -1,38 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "device-io/motors/three_motor_device.h"
 
-#include <algorithm>
 #include <utility>
 
-#include "device-io/sensing/handle_velocity.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
-namespace {
 
-constexpr int64_t kSilenceNs = 20'000'000;  // without a sample the device is lost
-
-}  // namespace
-
-ThreeMotorDevice::ThreeMotorDevice(ThreeMotorArm arm, const DeviceConfig& config,
+ThreeMotorDevice::ThreeMotorDevice(const Arm& arm, MotorFlags flags, const DeviceConfig& config,
                                    std::shared_ptr<MotorMailbox> mailbox, MotorLink link)
-    : arm_(std::move(arm)),
-      max_force_(std::min(config.max_force, arm_.max_force)),
+    : ArmDevice(arm, config),
+      flags_(std::move(flags)),
       mailbox_(std::move(mailbox)),
-      link_(std::move(link)),
-      noise_(arm_.most_acceleration) {
-  HAPTIC_ASSERT(mailbox_ && arm_.velocity_cutoff > 0 && arm_.max_force > 0);
-}
-
-DeviceCaps ThreeMotorDevice::caps() const {
-  return {.max_force = max_force_, .max_torque = 0, .open_loop = false, .simulated = false};
+      link_(std::move(link)) {
+  HAPTIC_ASSERT(mailbox_ && arm.encoders <= sample_.counts.size());
 }
 
 std::string ThreeMotorDevice::description() const {
   const std::optional<MotorSample> sample = mailbox_->newest();
-  const bool homed = sample && arm_.is_homed(sample->flags);
-  return arm_.name + ", " + std::to_string(arm_.axes) + " axes, " +
-         (homed ? "homed" : "NOT HOMED: " + arm_.not_homed);
+  return describe(sample && is_homed(*sample), flags_.not_homed);
 }
 
 /// Unwraps the counts: the shorter way round, since no motor turns by half of the 16 bits in a
@@ -44,32 +30,13 @@ void ThreeMotorDevice::count(const MotorSample& sample) {
   }
 }
 
-void ThreeMotorDevice::move_to(const MotorSample& sample) {
-  const Pose before_B = last_.X_BH;
-  const double dt = 1e-9 * static_cast<double>(sample.asked_ns - last_.t_ns);
-  const bool follows = sampled_ && reachable_ && dt > 0;
-  sampled_ = true;
-  last_.t_ns = sample.asked_ns;
-  reachable_ = arm_.place(counts_, follows, last_.X_BH.p);
-  if (!reachable_) return;
-  if (follows) {
-    low_pass_velocity(before_B, last_.X_BH, dt, arm_.velocity_cutoff, last_.V_BH);
-  } else {
-    last_.V_BH = {};
-    noise_.restart();
-  }
-  noise_.add(counts_, sample.asked_ns, sample.heard_ns);
-}
-
-uint32_t ThreeMotorDevice::flags(bool fresh, int64_t t_ns) const {
-  uint32_t flags = fresh ? kDeviceFresh : kDeviceHeld;
-  const bool silent = !sampled_ || t_ns - sample_.heard_ns > kSilenceNs;
+uint32_t ThreeMotorDevice::flags(int64_t t_ns) const {
+  uint32_t flags = 0;
+  const bool silent = !sampled_ || t_ns - sample_.heard_ns > kDeviceSilenceNs;
   if (mailbox_->is_gone() || silent) flags |= kDeviceLost;
   // where no place of the handle fits the counts, they are not those of a homed device
-  if (reachable_ && arm_.is_homed(sample_.flags)) flags |= kDeviceHomed;
+  if (sampled_ && reachable_ && is_homed(sample_)) flags |= kDeviceHomed;
   if (mailbox_->is_stale()) flags |= kDeviceStale;
-  if (noise_.is_noisy()) flags |= kDeviceNoisy;
-  if (saturated_) flags |= kDeviceSaturated;
   return flags;
 }
 
@@ -79,28 +46,23 @@ bool ThreeMotorDevice::read(const TickTime& tick, DeviceState& state) {
   const bool fresh = newest && (!sampled_ || newest->number != sample_.number);
   if (fresh) {
     count(*newest);
-    move_to(*newest);
     sample_ = *newest;
+    take({counts_, uint32_t{sample_.flags} & flags_.buttons, sample_.asked_ns, sample_.asked_ns,
+          sample_.heard_ns, sampled_});
+    sampled_ = true;
   }
-  last_.buttons = arm_.buttons(sample_.flags);
-  last_.flags = flags(fresh, tick.now_ns);
-  state = last_;
-  return fresh;
+  return give(fresh, flags(tick.now_ns), state);
 }
 
 void ThreeMotorDevice::write(const Wrench& F_B) {
   const bool ready = (last_.flags & (kDeviceLost | kDeviceHomed)) == kDeviceHomed;
-  MotorCommand command;
-  command.flags = arm_.command_flags(ready);
-  saturated_ = !is_finite(F_B.f);
-  Vec3 force_B = saturated_ || !ready ? Vec3{} : F_B.f;
-  if (arm_.axes == 2) force_B.z = 0;
-  const double size = norm(force_B);
-  saturated_ |= size > max_force_;
-  if (size > max_force_) force_B = max_force_ / size * force_B;
-  bool clipped = false;
-  if (size > 0) saturated_ |= !arm_.drive(force_B, command.motors, clipped);
-  saturated_ |= clipped;
+  // a force that is not finite is said even where there is none
+  const bool is_told = ready || !is_finite(F_B.f);
+  const MotorNumbers numbers = numbers_for({is_told ? F_B.f : Vec3{}, {}});
+  MotorCommand command{{}, ready ? flags_.ready : flags_.idle};
+  for (size_t i = 0; i < command.motors.size(); ++i) {
+    command.motors[i] = static_cast<int16_t>(numbers[i]);
+  }
   mailbox_->post(command, now_ns_);
 }
 

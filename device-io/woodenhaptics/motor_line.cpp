@@ -49,7 +49,6 @@ MotorCounts counts_of(const EncoderReply& reply, size_t encoders) {
 
 MotorLine::MotorLine(const Arm& arm, const std::string& path, FileDescriptor node)
     : arm_(arm), node_(std::move(node)) {
-  HAPTIC_ASSERT(arm.motors > 0 && arm.motors <= arm.encoders && arm.encoders <= kMostMotors);
   greet(path);
 }
 
@@ -154,7 +153,7 @@ uint32_t MotorLine::flags() const {
   return flag(homed_, kDeviceHomed) | flag(lost_, kDeviceLost) | flag(is_stale(), kDeviceStale);
 }
 
-std::optional<MotorLine::Sample> MotorLine::hear(int64_t now_ns) {
+std::optional<ArmSample> MotorLine::hear(int64_t now_ns) {
   if (started_ && now_ns - now_ns_ > kHeldUpNs) {
     excused_ns_ = now_ns + kExcusedNs;
     doubted_ns_ = 0;
@@ -168,10 +167,14 @@ std::optional<MotorLine::Sample> MotorLine::hear(int64_t now_ns) {
   // hold zero when the force returns
   const bool fresh = answered && (!lost_ || returning_);
   returning_ = lost_ && !fresh && (returning_ || answered) && match_.is_settled();
-  std::optional<Sample> sample;
+  std::optional<ArmSample> sample;
   if (fresh) {
-    sample = Sample{counts_of(reply, arm_.encoders), buttons_of(reply), first_asked_ns_, asked_ns_,
-                    sampled_ && !lost_};
+    sample = ArmSample{counts_of(reply, arm_.encoders),
+                       buttons_of(reply),
+                       first_asked_ns_,
+                       asked_ns_,
+                       now_ns,
+                       sampled_ && !lost_};
     sampled_ = true;
   }
   const bool silent = now_ns - answered_ns_ > kDeviceSilenceNs;

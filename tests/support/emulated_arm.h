@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "device-io/emulator/firmware.h"
+#include "device-io/woodenhaptics/motor_device.h"
 #include "proto/config/device_config.h"
 #include "tests/support/driver/bench.h"
 
@@ -21,7 +22,6 @@ namespace haptic::test {
 
 /// The real driver and the emulated board on virtual time: a socket pair replaces the serial line,
 /// and the board runs every quarter of a millisecond.
-template <typename Driver>
 class EmulatedArm final : public DriverBench {
  public:
   explicit EmulatedArm(const EmulatedDeviceOptions& options, const DeviceConfig& config = {})
@@ -34,7 +34,7 @@ class EmulatedArm final : public DriverBench {
     // the answer to the greeting, for which the driver waits in real time
     say("[" + std::to_string(options.arm->model) + ",0,0,0,0,0,0,0]\n");
     node_ = ends[1];
-    driver_ = std::make_unique<Driver>(config, FileDescriptor(ends[1]));
+    driver_ = std::make_unique<MotorDevice>(*options.arm, config, FileDescriptor(ends[1]));
     hear();
   }
 
@@ -63,7 +63,7 @@ class EmulatedArm final : public DriverBench {
   int node() const override { return node_; }
 
   EmulatedDevice& board() { return board_; }
-  const Driver& driver() const { return static_cast<const Driver&>(*driver_); }
+  const MotorDevice& driver() const { return static_cast<const MotorDevice&>(*driver_); }
 
  private:
   static constexpr int64_t kTurnNs = 250'000;
@@ -122,13 +122,13 @@ class EmulatedArm final : public DriverBench {
 };
 
 /// A driver of a line, before the board of its arm or of another one.
-template <typename Driver, const Arm& (*arm)()>
+template <const Arm& (*arm)()>
 std::unique_ptr<DriverBench> open_line(const SimulatedHandConfig& hand,
                                        const DeviceConfig& config) {
   EmulatedDeviceOptions options;
   options.hand = hand;
   options.arm = &arm();
-  return std::make_unique<EmulatedArm<Driver>>(options, config);
+  return std::make_unique<EmulatedArm>(options, config);
 }
 
 }  // namespace haptic::test

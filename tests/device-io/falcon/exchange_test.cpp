@@ -34,7 +34,7 @@ TEST_CASE("falcon exchange: fuzz: packets that are right, damaged, cut, doubled 
   // 10⁷: HAPTIC_TORTURE_SCALE=500, with a sanitizer 10000
   const size_t n = test::sweep(20'000);
   const size_t fresh = test::fuzz_exchange<FalconExchange>(
-      falcon_arm({}), n, 2, kMostFalconWord, {0, 0, 1},
+      falcon_arm({}), falcon_flags(), n, 2, kMostFalconWord, {0, 0, 1},
       [](const FalconBytes& question, std::mt19937& random) {
         const auto count = [&] {
           return static_cast<int16_t>(static_cast<int>(random() % 800) - 600);

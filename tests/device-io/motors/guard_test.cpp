@@ -25,10 +25,11 @@ namespace {
 /// guard: they touch all memory once. `answer` is what the device says in tick i, now and then half
 /// of it or almost nothing.
 template <typename Exchange, typename Answer>
-DeviceState check_guarded(const ThreeMotorArm& arm, double stiffness, Answer answer) {
+DeviceState check_guarded(const Arm& arm, const MotorFlags& flags, double stiffness,
+                          Answer answer) {
   if (!hooks_are_here()) return {};
   const auto mailbox = std::make_shared<MotorMailbox>();
-  ThreeMotorDevice device(arm, {}, mailbox);
+  ThreeMotorDevice device(arm, flags, {}, mailbox);
   Exchange exchange(*mailbox);
   DeviceState state{};
   int64_t fresh = 0;
@@ -59,23 +60,24 @@ DeviceState check_guarded(const ThreeMotorArm& arm, double stiffness, Answer ans
 TEST_CASE("guard: the Falcon's tick and exchange neither allocate, lock nor call the system",
           "[device-io]") {
   bool challenged = !guard_hooks_linked();
-  check_guarded<FalconExchange>(falcon_arm({}), 200, [&](FalconExchange& exchange, int64_t i) {
-    const FalconBytes asked = exchange.ask(i * kMs);
-    // counts near −200, and the homed bits that the question deserves
-    const bool homing = ((asked[13] - 'A') & 1) != 0;
-    std::array<uint8_t, 18> packet{1,   0x60, '<', 'I', 'D', 'P', 'P', 'I', 'D',
-                                   'P', 'P',  'I', 'D', 'P', 'P', 'A', 'A', '>'};
-    packet[3] = static_cast<uint8_t>('A' + i / 8 % 16);
-    packet[15] = static_cast<uint8_t>('A' + (homing ? 0x70 : 0));
-    challenged |= exchange.is_challenged();
-    return packet;
-  });
+  check_guarded<FalconExchange>(
+      falcon_arm({}), falcon_flags(), 200, [&](FalconExchange& exchange, int64_t i) {
+        const FalconBytes asked = exchange.ask(i * kMs);
+        // counts near −200, and the homed bits that the question deserves
+        const bool homing = ((asked[13] - 'A') & 1) != 0;
+        std::array<uint8_t, 18> packet{1,   0x60, '<', 'I', 'D', 'P', 'P', 'I', 'D',
+                                       'P', 'P',  'I', 'D', 'P', 'P', 'A', 'A', '>'};
+        packet[3] = static_cast<uint8_t>('A' + i / 8 % 16);
+        packet[15] = static_cast<uint8_t>('A' + (homing ? 0x70 : 0));
+        challenged |= exchange.is_challenged();
+        return packet;
+      });
   CHECK(challenged);
 }
 
 TEST_CASE("guard: a HID arm's tick and exchange neither allocate, lock nor call the system",
           "[device-io]") {
-  check_guarded<HidExchange>(hid_arm({}), 200, [](HidExchange& exchange, int64_t i) {
+  check_guarded<HidExchange>(hid_arm({}), {}, 200, [](HidExchange& exchange, int64_t i) {
     use(exchange.command(i * kMs));
     return std::array<uint8_t, 8>{
         static_cast<uint8_t>(i / 16 % 200), 0, 10, 0, 20, 0, static_cast<uint8_t>(i & 0xff),
@@ -85,7 +87,7 @@ TEST_CASE("guard: a HID arm's tick and exchange neither allocate, lock nor call 
 
 TEST_CASE("guard: a Haply's tick and exchange neither allocate, lock nor call the system",
           "[device-io]") {
-  check_guarded<HaplyExchange>(haply_arm({}), 20, [](HaplyExchange& exchange, int64_t i) {
+  check_guarded<HaplyExchange>(haply_arm({}), {}, 20, [](HaplyExchange& exchange, int64_t i) {
     const auto angle =
         std::bit_cast<std::array<uint8_t, 4>>(static_cast<float>(-1000 - i / 8 % 300));
     const auto other = std::bit_cast<std::array<uint8_t, 4>>(900.0f);

@@ -22,7 +22,8 @@ class HaplyBench final : public DriverBench {
     const HaplySetup setup = encode_haply_setup(kHaplyDevice, {});
     tell(kHaplyReset);
     tell(setup);
-    driver_ = std::make_unique<ThreeMotorDevice>(haply_arm(config.pantograph), config, mailbox_);
+    driver_ = std::make_unique<ThreeMotorDevice>(haply_arm(config.pantograph), haply_flags(),
+                                                 config, mailbox_);
     pass(t_ns_ + 2'000'000);
   }
 

@@ -51,7 +51,8 @@ class FalconBench final : public DriverBench {
     t_ns_ = kStartNs;
     bring_up(port_of(emulated_, t_ns_), UsbBytes(8000, 0x5a), "image");
     exchange_ = std::make_unique<FalconExchange>(*mailbox_);
-    driver_ = std::make_unique<ThreeMotorDevice>(falcon_arm(config.falcon), config, mailbox_);
+    driver_ = std::make_unique<ThreeMotorDevice>(falcon_arm(config.falcon), falcon_flags(), config,
+                                                 mailbox_);
   }
 
   void pass(int64_t t_ns) override {

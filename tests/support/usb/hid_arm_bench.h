@@ -18,7 +18,8 @@ class HidArmBench final : public DriverBench {
   explicit HidArmBench(const EmulatedHidArmOptions& options, DeviceConfig config = {})
       : emulated_(options) {
     config.hid_arm = options.arm;
-    driver_ = std::make_unique<ThreeMotorDevice>(hid_arm(config.hid_arm), config, mailbox_);
+    driver_ = std::make_unique<ThreeMotorDevice>(hid_arm(config.hid_arm), hid_arm_flags(), config,
+                                                 mailbox_);
   }
 
   void pass(int64_t t_ns) override {
