@@ -39,6 +39,10 @@ struct TickTime {
   int64_t now_ns;       // actual wake-up
 };
 
+/// A device's zero force as these bytes, at most 64; for kUsbBulk the interface and the endpoint.
+DeviceRelease release_by(ReleaseBy by, std::span<const uint8_t> bytes, uint32_t interface = 0,
+                         uint32_t endpoint = 0);
+
 /// Hears a piece of what a device and its driver say to each other: a report or a packet, and the
 /// instant that the driver takes for that of the piece.
 using HearBytes = std::function<void(bool by_device, std::span<const uint8_t> bytes, int64_t t_ns)>;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "device-io/falcon/falcon.h"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -15,17 +14,6 @@ namespace {
 constexpr uint8_t kReadyLight = 0x02;  // green in the firmware that libnifalcon describes
 // 100 m/s² at the handle, where a count is at least 10 µm [counts/ns²]
 constexpr double kMostAcceleration = 100 / 10e-6 * 1e-18;
-
-DeviceRelease zero_force() {
-  const FalconBytes zero = encode_falcon({{}, kFalconHoming});
-  DeviceRelease release{};
-  release.by = static_cast<uint32_t>(ReleaseBy::kUsbBulk);
-  release.interface = kFalconInterface;
-  release.endpoint = kFalconOut;
-  release.size = zero.size();
-  std::copy(zero.begin(), zero.end(), release.bytes.begin());
-  return release;
-}
 
 }  // namespace
 
@@ -56,16 +44,15 @@ MotorFlags falcon_flags() {
           .ready = kFalconHoming | kReadyLight,
           .idle = kFalconHoming,
           .not_homed = "pull its grip fully out, then push it fully in",
-          .release = zero_force()};
+          .release = release_by(ReleaseBy::kUsbBulk, encode_falcon({{}, kFalconHoming}),
+                                kFalconInterface, kFalconOut)};
 }
 
 std::unique_ptr<Device> open_falcon(const DeviceConfig& config, FileDescriptor node) {
   auto mailbox = std::make_shared<MotorMailbox>();
   auto link = std::make_shared<FalconLink>(config, std::move(node), *mailbox);
-  FalconLink* const thread = link.get();
-  return std::make_unique<ThreeMotorDevice>(
-      falcon_arm(config.falcon), falcon_flags(), config, mailbox,
-      MotorLink{std::move(link), [thread] { thread->stop(); }, &thread->tap()});
+  return std::make_unique<ThreeMotorDevice>(falcon_arm(config.falcon), falcon_flags(), config,
+                                            mailbox, std::move(link));
 }
 
 }  // namespace haptic

@@ -13,18 +13,6 @@ namespace {
 // of the handle, as kTipAcceleration; near the edge an elbow moves twice as fast as the handle
 constexpr double kMostAcceleration = 2 * 100;  // [m/s²]
 
-DeviceRelease zero_force() {
-  const HaplyTorques zero = encode_haply_torques(kHaplyDevice, {});
-  DeviceRelease release{};
-  release.by = static_cast<uint32_t>(ReleaseBy::kWrite);
-  release.size = kHaplyPadding.size() + zero.size();
-  // zeros behind half a question would be a reset, after which the board knows no motors and holds
-  // its torques
-  auto* const after = std::copy(kHaplyPadding.begin(), kHaplyPadding.end(), release.bytes.begin());
-  std::copy(zero.begin(), zero.end(), after);
-  return release;
-}
-
 }  // namespace
 
 Arm haply_arm(const PantographConfig& config) {
@@ -59,33 +47,38 @@ Arm haply_arm(const PantographConfig& config) {
 }
 
 MotorFlags haply_flags() {
-  return {.release = zero_force()};
+  // zeros behind half a question would be a reset, after which the board knows no motors and holds
+  // its torques
+  const HaplyTorques zero = encode_haply_torques(kHaplyDevice, {});
+  std::array<uint8_t, kHaplyPadding.size() + zero.size()> bytes;
+  std::ranges::copy(zero, std::ranges::copy(kHaplyPadding, bytes.begin()).out);
+  return {.release = release_by(ReleaseBy::kWrite, bytes)};
 }
 
-Haply::Haply(const DeviceConfig& config, FileDescriptor node)
-    : mailbox_(std::make_shared<MotorMailbox>()),
-      line_(std::make_shared<HaplyLine>(std::string(view(config.serial.path)), std::move(node),
-                                        *mailbox_)),
-      driver_(std::make_unique<ThreeMotorDevice>(
-          haply_arm(config.pantograph), haply_flags(), config, mailbox_,
-          MotorLink{line_, [line = line_.get()] { line->stop(); }})) {}
+Haply::Haply(const DeviceConfig& config, FileDescriptor node, std::shared_ptr<MotorMailbox> mailbox)
+    : ThreeMotorDevice(haply_arm(config.pantograph), haply_flags(), config, mailbox),
+      line_(std::string(view(config.serial.path)), std::move(node), *mailbox) {}
 
 std::string Haply::description() const {
-  return driver_->description() +
-         (line_->is_new() ? ", counting from where its handle is now, which must be its home"
-                          : ", counting on from an earlier session") +
+  return ThreeMotorDevice::description() +
+         (line_.is_new() ? ", counting from where its handle is now, which must be its home"
+                         : ", counting on from an earlier session") +
          "; force out of its plane is dropped";
 }
 
 bool Haply::read(const TickTime& tick, DeviceState& state) {
-  now_ns_ = tick.now_ns;
-  line_->hear(tick.now_ns);
-  return driver_->read(tick, state);
+  line_.hear(tick.now_ns);
+  return ThreeMotorDevice::read(tick, state);
 }
 
 void Haply::write(const Wrench& F_B) {
-  driver_->write(F_B);
-  line_->say(now_ns_);
+  ThreeMotorDevice::write(F_B);
+  line_.say(now_ns());
+}
+
+void Haply::stop() {
+  ThreeMotorDevice::write({});
+  line_.stop();
 }
 
 std::unique_ptr<Device> open_haply(const DeviceConfig& config, FileDescriptor node) {

@@ -19,23 +19,19 @@ MotorFlags haply_flags();
 
 /// The board on its serial line. A sample is one tick old, as with MotorDevice: a wall is stable
 /// for K < (b + B)/(3T/2).
-class Haply final : public Device {
+class Haply final : public ThreeMotorDevice {
  public:
   /// Takes the open node. Throws as HaplyLine does.
-  Haply(const DeviceConfig& config, FileDescriptor node);
+  Haply(const DeviceConfig& config, FileDescriptor node,
+        std::shared_ptr<MotorMailbox> mailbox = std::make_shared<MotorMailbox>());
 
-  DeviceCaps caps() const override { return driver_->caps(); }
   std::string description() const override;
   bool read(const TickTime& tick, DeviceState& state) override;
   void write(const Wrench& F_B) override;
-  void stop() override { driver_->stop(); }
-  DeviceRelease release() const override { return driver_->release(); }
+  void stop() override;
 
  private:
-  std::shared_ptr<MotorMailbox> mailbox_;
-  std::shared_ptr<HaplyLine> line_;
-  std::unique_ptr<ThreeMotorDevice> driver_;
-  int64_t now_ns_ = 0;
+  HaplyLine line_;
 };
 
 }  // namespace haptic

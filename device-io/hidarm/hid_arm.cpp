@@ -14,15 +14,6 @@ namespace {
 
 constexpr double kReach = 0.22;  // from the axis of A to the middle of the workspace [m]
 
-DeviceRelease zero_force() {
-  const HidArmCommand zero = encode_hid_arm({});
-  DeviceRelease release{};
-  release.by = static_cast<uint32_t>(ReleaseBy::kHidReport);
-  release.size = zero.size();
-  std::copy(zero.begin(), zero.end(), release.bytes.begin());
-  return release;
-}
-
 }  // namespace
 
 Arm hid_arm(const HidArmConfig& config) {
@@ -47,17 +38,15 @@ Arm hid_arm(const HidArmConfig& config) {
 }
 
 MotorFlags hid_arm_flags() {
-  return {.release = zero_force()};
+  return {.release = release_by(ReleaseBy::kHidReport, encode_hid_arm({}))};
 }
 
 std::unique_ptr<Device> open_hid_arm(const DeviceConfig& config, FileDescriptor) {
   // hapticd keeps a file of its own on the same node, which several may open
   auto mailbox = std::make_shared<MotorMailbox>();
   auto link = std::make_shared<HidLink>(find_node(config), *mailbox);
-  HidLink* const thread = link.get();
-  return std::make_unique<ThreeMotorDevice>(
-      hid_arm(config.hid_arm), hid_arm_flags(), config, mailbox,
-      MotorLink{std::move(link), [thread] { thread->stop(); }, &thread->tap()});
+  return std::make_unique<ThreeMotorDevice>(hid_arm(config.hid_arm), hid_arm_flags(), config,
+                                            mailbox, std::move(link));
 }
 
 }  // namespace haptic

@@ -8,11 +8,12 @@
 namespace haptic {
 
 ThreeMotorDevice::ThreeMotorDevice(const Arm& arm, MotorFlags flags, const DeviceConfig& config,
-                                   std::shared_ptr<MotorMailbox> mailbox, MotorLink link)
+                                   std::shared_ptr<MotorMailbox> mailbox,
+                                   std::shared_ptr<TransferThread> thread)
     : ArmDevice(arm, config),
       flags_(std::move(flags)),
       mailbox_(std::move(mailbox)),
-      link_(std::move(link)) {
+      thread_(std::move(thread)) {
   HAPTIC_ASSERT(mailbox_ && arm.encoders <= sample_.counts.size());
 }
 
@@ -68,12 +69,12 @@ void ThreeMotorDevice::write(const Wrench& F_B) {
 
 void ThreeMotorDevice::stop() {
   write({});
-  if (link_.stop) link_.stop();
+  if (thread_) thread_->stop();
 }
 
 bool ThreeMotorDevice::tap(HearBytes hears) {
-  if (link_.tap != nullptr) link_.tap->set(std::move(hears));
-  return link_.tap != nullptr;
+  if (thread_) thread_->tap(std::move(hears));
+  return thread_ != nullptr;
 }
 
 }  // namespace haptic

@@ -2,13 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 
 #include "device-io/motors/arm_device.h"
-#include "device-io/motors/byte_tap.h"
 #include "device-io/motors/motor_mailbox.h"
+#include "device-io/motors/transfer_thread.h"
 
 namespace haptic {
 
@@ -21,23 +20,17 @@ struct MotorFlags {
   DeviceRelease release{};
 };
 
-/// The thread of transfers behind a mailbox; empty: somebody else serves it (tests in virtual
-/// time).
-struct MotorLink {
-  std::shared_ptr<void> thread{};  // ends with its last owner
-  std::function<void()> stop{};    // waits until the last command has been sent
-  ByteTap* tap = nullptr;          // of the thread; null: it tells nobody
-};
-
 /// A device of at most three motors with encoders of 16 bits, whose transfers run in a thread of
 /// their own: read() and write() exchange with it by a MotorMailbox, and never wait.
 ///
 /// Lost: no sample for kDeviceSilenceNs, or unplugged. Stale: the mailbox says so. Not homed: by
 /// the sample's flags, or no place has its counts.
-class ThreeMotorDevice final : public ArmDevice {
+class ThreeMotorDevice : public ArmDevice {
  public:
+  /// `thread` serves the mailbox and ends with its last owner; none: somebody else does.
   ThreeMotorDevice(const Arm& arm, MotorFlags flags, const DeviceConfig& config,
-                   std::shared_ptr<MotorMailbox> mailbox, MotorLink link = {});
+                   std::shared_ptr<MotorMailbox> mailbox,
+                   std::shared_ptr<TransferThread> thread = {});
 
   std::string description() const override;
   bool read(const TickTime& tick, DeviceState& state) override;
@@ -45,6 +38,10 @@ class ThreeMotorDevice final : public ArmDevice {
   void stop() override;
   bool tap(HearBytes hears) override;
   DeviceRelease release() const override { return flags_.release; }
+
+ protected:
+  /// Of the last read().
+  int64_t now_ns() const { return now_ns_; }
 
  private:
   void count(const MotorSample& sample);
@@ -55,7 +52,7 @@ class ThreeMotorDevice final : public ArmDevice {
 
   MotorFlags flags_;
   std::shared_ptr<MotorMailbox> mailbox_;
-  MotorLink link_;  // after the mailbox, which it uses
+  std::shared_ptr<TransferThread> thread_;  // after the mailbox, which it uses
   MotorCounts counts_{};
   MotorSample sample_{};  // the newest
   int64_t now_ns_ = 0;

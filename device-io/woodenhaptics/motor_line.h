@@ -7,9 +7,9 @@
 #include <string_view>
 
 #include "device-io/motors/arm_device.h"
+#include "device-io/motors/serial_line.h"
 #include "device-io/woodenhaptics/answer_match.h"
 #include "device-io/woodenhaptics/protocol.h"
-#include "proto/os/file_descriptor.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
@@ -59,7 +59,6 @@ class MotorLine {
  private:
   void greet(const std::string& path);
   bool wait_for_answer(int64_t until_ns, EncoderReply& newest);
-  void hang_up();
   bool ask(const Milliamperes& currents, bool may_challenge);
   bool receive(EncoderReply& newest);
   bool is_this_arm(const EncoderReply& reply) const;
@@ -68,7 +67,7 @@ class MotorLine {
   bool is_stale() const;
 
   const Arm& arm_;
-  FileDescriptor node_;
+  SerialLine line_;
   ReplyReader reader_;
   AnswerMatch match_;
   MotorCounts home_{};
@@ -84,7 +83,7 @@ class MotorLine {
   uint32_t probe_ = 0;  // number of questions asked while not homed
   bool heard_ = false;  // an answer has come since the line under way was sent
   bool awaiting_ = false, started_ = false, sampled_ = false;
-  bool homed_ = false, lost_ = false, gone_ = false;
+  bool homed_ = false, lost_ = false;
   bool returning_ = false;  // lost, but it has answered once since
 };
 
