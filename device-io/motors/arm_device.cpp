@@ -5,21 +5,10 @@
 #include <cmath>
 
 #include "device-io/sensing/handle_velocity.h"
+#include "device-io/sensing/saturate.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
-namespace {
-
-/// Shortened to its limit, so it keeps its direction. True: it was changed.
-bool saturate(Vec3& a, double limit) {
-  const double size = norm(a);
-  if (size <= limit) return false;
-  a = limit / size * a;
-  return true;
-}
-
-}  // namespace
-
 ArmDevice::ArmDevice(const Arm& arm, const DeviceConfig& config)
     : arm_(arm),
       max_force_(std::min(config.max_force, arm.max_force)),
