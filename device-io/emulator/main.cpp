@@ -232,6 +232,8 @@ void obey_orders(EmulatedDevice& device, GraspingHand& hand) {
       return hand.take(device, now_ns());
     case EmulatorFault::kLetGo:
       return hand.let_go(device);
+    default:
+      return;
   }
 }
 

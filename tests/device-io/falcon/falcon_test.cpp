@@ -10,7 +10,7 @@
 #include "proto/math/units.h"
 #include "tests/support/driver/rows.h"
 #include "tests/support/near.h"
-#include "tests/support/usb/falcon_bench.h"
+#include "tests/support/driver/falcon_bench.h"
 
 using namespace haptic;
 using namespace haptic::test;

@@ -8,7 +8,7 @@
 
 #include "proto/math/units.h"
 #include "tests/support/driver/rows.h"
-#include "tests/support/usb/hid_arm_bench.h"
+#include "tests/support/driver/hid_arm_bench.h"
 
 using namespace haptic;
 using namespace haptic::test;

@@ -4,7 +4,7 @@
 
 #include "proto/math/units.h"
 #include "tests/support/driver/rows.h"
-#include "tests/support/emulated_arm.h"
+#include "tests/support/driver/emulated_arm.h"
 #include "tests/support/torture_scale.h"
 
 using namespace haptic;

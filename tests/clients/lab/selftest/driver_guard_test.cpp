@@ -28,12 +28,12 @@
 #include "proto/math/units.h"
 #include "tests/clients/lab/selftest/played_device.h"
 #include "tests/support/data.h"
-#include "tests/support/emulated_arm.h"
-#include "tests/support/haply/emulated_haply.h"
+#include "tests/support/driver/emulated_arm.h"
+#include "device-io/emulator/emulated_haply.h"
 #include "tests/support/torture_scale.h"
-#include "tests/support/usb/emulated_spacemouse.h"
-#include "tests/support/usb/falcon_bench.h"
-#include "tests/support/usb/hid_arm_bench.h"
+#include "device-io/emulator/emulated_spacemouse.h"
+#include "tests/support/driver/falcon_bench.h"
+#include "tests/support/driver/hid_arm_bench.h"
 
 namespace haptic {
 namespace {

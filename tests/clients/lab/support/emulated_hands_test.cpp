@@ -5,7 +5,7 @@
 #include "contact/bake/session.h"
 #include "device-io/hand/impedance.h"
 #include "tests/support/data.h"
-#include "tests/support/emulated_arm.h"
+#include "tests/support/driver/emulated_arm.h"
 #include "tests/support/near.h"
 #include "tests/support/torture_scale.h"
 

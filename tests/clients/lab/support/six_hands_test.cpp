@@ -9,7 +9,7 @@
 #include "proto/math/units.h"
 #include "tests/clients/lab/support/hand_energy.h"
 #include "tests/support/data.h"
-#include "tests/support/emulated_arm.h"
+#include "tests/support/driver/emulated_arm.h"
 #include "tests/support/tolerance.h"
 
 namespace haptic {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/support/usb/emulated_falcon.h"
+#include "device-io/emulator/emulated_falcon.h"
+#include "device-io/emulator/emulated_usb.h"
 #include "proto/math/units.h"
-#include "tests/support/usb/emulated_usb.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-namespace haptic::test {
+namespace haptic {
 namespace {
 
 constexpr int64_t kWatchdogNs = 100 * kMs;  // an assumption: nobody has measured it
@@ -98,7 +98,7 @@ void EmulatedFalcon::cut_power() {
 }
 
 bool EmulatedFalcon::loses() {
-  return lie_ == Lie::kLoses && random_() % 100 == 0;
+  return lie_ == EmulatorFault::kLoses && random_() % 100 == 0;
 }
 
 bool EmulatedFalcon::control(const UsbSetup& setup, const UsbBytes&, UsbBytes&, int64_t t_ns) {
@@ -213,12 +213,12 @@ void EmulatedFalcon::take_packet(int64_t t_ns) {
 }
 
 void EmulatedFalcon::answer() {
-  if (lie_ == Lie::kSilent) return;
+  if (lie_ == EmulatorFault::kSilent) return;
   ++answers_;
   std::array<int, 3> said = counts_;
-  if (lie_ == Lie::kNoise) said[1] += static_cast<int>(random_() % 61) - 30;
-  if (lie_ == Lie::kFlipped) said[1] = 2 * mirror_[1] - said[1];
-  if (lie_ != Lie::kFlipped) mirror_ = counts_;
+  if (lie_ == EmulatorFault::kNoise) said[1] += static_cast<int>(random_() % 61) - 30;
+  if (lie_ == EmulatorFault::kFlipped) said[1] = 2 * mirror_[1] - said[1];
+  if (lie_ != EmulatorFault::kFlipped) mirror_ = counts_;
   UsbBytes packet{'<'};
   for (const int count : said) {
     for (int k = 0; k < 4; ++k) {
@@ -231,10 +231,10 @@ void EmulatedFalcon::answer() {
   packet.insert(packet.end(), {'A', '>'});
   said_.push_back(packet);
   if (said_.size() > kRemembered) said_.pop_front();
-  if (lie_ == Lie::kFrozen) packet = whole_;
-  if (lie_ != Lie::kFrozen) whole_ = packet;
-  if (lie_ == Lie::kOldFirst) send(said_.front());
-  send(lie_ == Lie::kDelayed ? said_.front() : packet);
+  if (lie_ == EmulatorFault::kFrozen) packet = whole_;
+  if (lie_ != EmulatorFault::kFrozen) whole_ = packet;
+  if (lie_ == EmulatorFault::kOldFirst) send(said_.front());
+  send(lie_ == EmulatorFault::kDelayed ? said_.front() : packet);
 }
 
 bool EmulatedFalcon::give(uint8_t endpoint, size_t most, UsbBytes& packet, int64_t t_ns) {
@@ -244,7 +244,7 @@ bool EmulatedFalcon::give(uint8_t endpoint, size_t most, UsbBytes& packet, int64
   if (!full && t_ns - given_ns_ < latency_ns_) return false;
   given_ns_ = t_ns;
   size_t n = std::min({to_host_.size(), std::max<size_t>(most, 2) - 2, kPayload});
-  if (lie_ == Lie::kHalves) n = std::min<size_t>(n, 9);
+  if (lie_ == EmulatorFault::kHalves) n = std::min<size_t>(n, 9);
   packet = {0x01, 0x60};  // modem status
   packet.insert(packet.end(), to_host_.begin(), to_host_.begin() + static_cast<ptrdiff_t>(n));
   to_host_.erase(to_host_.begin(), to_host_.begin() + static_cast<ptrdiff_t>(n));
@@ -272,4 +272,4 @@ void EmulatedFalcon::advance_to(int64_t t_ns) {
   sense();
 }
 
-}  // namespace haptic::test
+}  // namespace haptic

@@ -5,11 +5,11 @@
 #include <deque>
 #include <random>
 
+#include "device-io/emulator/emulated_usb.h"
+#include "device-io/emulator/fault_order.h"
 #include "device-io/hand/plant.h"
-#include "tests/support/driver/lie.h"
-#include "tests/support/usb/emulated_usb.h"
 
-namespace haptic::test {
+namespace haptic {
 
 struct EmulatedHidArmOptions {
   SimulatedHandConfig hand{};  // the device and the hand that holds it
@@ -31,7 +31,7 @@ class EmulatedHidArm final : public EmulatedUsb {
   void take(uint8_t endpoint, const uint8_t* bytes, size_t size, int64_t t_ns) override;
   bool give(uint8_t endpoint, size_t most, UsbBytes& packet, int64_t t_ns) override;
 
-  void lie(Lie how) { lie_ = how; }
+  void lie(EmulatorFault how) { lie_ = how; }
 
   const HandPlant& plant() const { return plant_; }
   /// On the hand, by the motors [N].
@@ -43,14 +43,14 @@ class EmulatedHidArm final : public EmulatedUsb {
  private:
   void advance_to(int64_t t_ns);
   void report();
-  bool loses() { return lie_ == Lie::kLoses && random_() % 10 == 0; }
+  bool loses() { return lie_ == EmulatorFault::kLoses && random_() % 10 == 0; }
   Vec3 tip(const Vec3& angles) const;
   void sense();
   Vec3 motor_force() const;
 
   EmulatedHidArmOptions options_;
   UsbDescriptors descriptors_;
-  Lie lie_ = Lie::kHealthy;
+  EmulatorFault lie_ = EmulatorFault::kHealthy;
   std::deque<UsbBytes> said_, to_host_;
   uint16_t counter_ = 0;
   std::array<int, 3> counts_{}, mirror_{}, milliamperes_{};
@@ -64,4 +64,4 @@ class EmulatedHidArm final : public EmulatedUsb {
   std::minstd_rand random_{1};
 };
 
-}  // namespace haptic::test
+}  // namespace haptic

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/support/usb/emulated_hid_arm.h"
+#include "device-io/emulator/emulated_hid_arm.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "device-io/emulator/emulated_usb.h"
 #include "proto/math/mat3.h"
 #include "proto/math/units.h"
-#include "tests/support/usb/emulated_usb.h"
 
-namespace haptic::test {
+namespace haptic {
 namespace {
 
 constexpr int64_t kArmReportNs = kMs;          // bInterval 1 at full speed
@@ -128,30 +128,30 @@ void EmulatedHidArm::take(uint8_t endpoint, const uint8_t* bytes, size_t size, i
 }
 
 void EmulatedHidArm::report() {
-  if (lie_ == Lie::kSilent) return;
+  if (lie_ == EmulatorFault::kSilent) return;
   std::array<int, 3> said = counts_;
-  if (lie_ == Lie::kNoise) said[1] += static_cast<int>(random_() % 61) - 30;
-  if (lie_ == Lie::kFlipped) said[1] = 2 * mirror_[1] - said[1];
-  if (lie_ != Lie::kFlipped) mirror_ = counts_;
+  if (lie_ == EmulatorFault::kNoise) said[1] += static_cast<int>(random_() % 61) - 30;
+  if (lie_ == EmulatorFault::kFlipped) said[1] = 2 * mirror_[1] - said[1];
+  if (lie_ != EmulatorFault::kFlipped) mirror_ = counts_;
   ++counter_;
-  if (lie_ == Lie::kJumps) counter_ = static_cast<uint16_t>(random_());
+  if (lie_ == EmulatorFault::kJumps) counter_ = static_cast<uint16_t>(random_());
   UsbBytes report;
   for (const int word : {said[0], said[1], said[2], int{counter_}}) {
     const unsigned bits = static_cast<unsigned>(word) & 0xffff;
     report.push_back(static_cast<uint8_t>(bits % 256));
     report.push_back(static_cast<uint8_t>(bits / 256));
   }
-  if (lie_ == Lie::kFrozen && !said_.empty()) report = said_.back();
+  if (lie_ == EmulatorFault::kFrozen && !said_.empty()) report = said_.back();
   said_.push_back(report);
   if (said_.size() > kRemembered) said_.pop_front();
   if (loses()) return;
-  if (lie_ == Lie::kHalves) {
+  if (lie_ == EmulatorFault::kHalves) {
     to_host_.push_back({report.begin(), report.begin() + 4});
     to_host_.push_back({report.begin() + 4, report.end()});
     return;
   }
-  if (lie_ == Lie::kOldFirst) to_host_.push_back(said_.front());
-  to_host_.push_back(lie_ == Lie::kDelayed ? said_.front() : report);
+  if (lie_ == EmulatorFault::kOldFirst) to_host_.push_back(said_.front());
+  to_host_.push_back(lie_ == EmulatorFault::kDelayed ? said_.front() : report);
 }
 
 bool EmulatedHidArm::give(uint8_t endpoint, size_t most, UsbBytes& packet, int64_t t_ns) {
@@ -182,4 +182,4 @@ void EmulatedHidArm::advance_to(int64_t t_ns) {
   if (enabled_) force_B_ = motor_force();
 }
 
-}  // namespace haptic::test
+}  // namespace haptic

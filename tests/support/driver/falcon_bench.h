@@ -9,12 +9,12 @@
 #include <span>
 #include <utility>
 
+#include "device-io/emulator/emulated_falcon.h"
 #include "device-io/falcon/bring_up.h"
 #include "device-io/falcon/exchange.h"
 #include "device-io/falcon/falcon.h"
 #include "device-io/falcon/usb_link.h"
 #include "tests/support/driver/bench.h"
-#include "tests/support/usb/emulated_falcon.h"
 
 namespace haptic::test {
 

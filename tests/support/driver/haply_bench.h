@@ -6,9 +6,9 @@
 #include <span>
 #include <utility>
 
+#include "device-io/emulator/emulated_haply.h"
 #include "device-io/haply/haply.h"
 #include "tests/support/driver/bench.h"
-#include "tests/support/haply/emulated_haply.h"
 
 namespace haptic::test {
 

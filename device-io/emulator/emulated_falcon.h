@@ -7,13 +7,11 @@
 #include <random>
 #include <vector>
 
+#include "device-io/emulator/emulated_usb.h"
+#include "device-io/emulator/fault_order.h"
 #include "device-io/hand/plant.h"
-#include "tests/support/driver/lie.h"
-#include "tests/support/usb/emulated_usb.h"
 
-namespace haptic::test {
-
-using FalconFault = Lie;
+namespace haptic {
 
 struct EmulatedFalconOptions {
   SimulatedHandConfig hand{};  // the device and the hand that holds it
@@ -39,7 +37,7 @@ class EmulatedFalcon final : public EmulatedUsb {
   void take(uint8_t endpoint, const uint8_t* bytes, size_t size, int64_t t_ns) override;
   bool give(uint8_t endpoint, size_t most, UsbBytes& packet, int64_t t_ns) override;
 
-  void lie(Lie how) { lie_ = how; }
+  void lie(EmulatorFault how) { lie_ = how; }
   /// The power is cut and comes back: no firmware, not homed.
   void cut_power();
 
@@ -89,7 +87,7 @@ class EmulatedFalcon final : public EmulatedUsb {
   State state_ = State::kBoot;
   UsbBytes image_;
   bool homing_ = false;
-  Lie lie_ = Lie::kHealthy;
+  EmulatorFault lie_ = EmulatorFault::kHealthy;
   std::array<int, 3> motors_{}, counts_{}, mirror_{};
   UsbBytes whole_;             // the last honest answer
   std::deque<UsbBytes> said_;  // the last answers, sent or not
@@ -104,4 +102,4 @@ class EmulatedFalcon final : public EmulatedUsb {
   std::minstd_rand random_{1};
 };
 
-}  // namespace haptic::test
+}  // namespace haptic

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/support/usb/emulated_spacemouse.h"
+#include "device-io/emulator/emulated_spacemouse.h"
 
 #include <algorithm>
 #include <stdexcept>
 
-#include "tests/support/usb/emulated_usb.h"
+#include "device-io/emulator/emulated_usb.h"
 
-namespace haptic::test {
+namespace haptic {
 namespace {
 
 constexpr size_t kRememberedReports = 20;  // that a liar gives again
@@ -85,9 +85,9 @@ void EmulatedSpaceMouse::take(uint8_t endpoint, const uint8_t* bytes, size_t siz
 }
 
 UsbBytes EmulatedSpaceMouse::axes_report(std::array<int, 6> axes) {
-  if (lie_ == Lie::kNoise) axes[1] += static_cast<int>(random_() % 61) - 30;
-  if (lie_ == Lie::kFlipped) axes[1] = -axes[1];
-  if (lie_ == Lie::kOverdone) axes.fill(32767);
+  if (lie_ == EmulatorFault::kNoise) axes[1] += static_cast<int>(random_() % 61) - 30;
+  if (lie_ == EmulatorFault::kFlipped) axes[1] = -axes[1];
+  if (lie_ == EmulatorFault::kOverdone) axes.fill(32767);
   const size_t first = rotations_next_ && !options_.whole ? 3 : 0;
   UsbBytes report{static_cast<uint8_t>(first == 0 ? 1 : 2)};
   for (size_t i = first; i < (options_.whole ? 6 : first + 3); ++i) {
@@ -101,19 +101,19 @@ UsbBytes EmulatedSpaceMouse::axes_report(std::array<int, 6> axes) {
 
 void EmulatedSpaceMouse::say(UsbBytes report) {
   ++reports_;
-  if (lie_ == Lie::kFrozen && !said_.empty()) report = said_.front();
+  if (lie_ == EmulatorFault::kFrozen && !said_.empty()) report = said_.front();
   said_.push_back(report);
   if (said_.size() > kRememberedReports) said_.pop_front();
-  if (lie_ == Lie::kLoses && random_() % 10 == 0) return;
-  if (lie_ == Lie::kDelayed) report = said_.front();
-  if (lie_ != Lie::kHalves) return to_host_.push_back(report);
+  if (lie_ == EmulatorFault::kLoses && random_() % 10 == 0) return;
+  if (lie_ == EmulatorFault::kDelayed) report = said_.front();
+  if (lie_ != EmulatorFault::kHalves) return to_host_.push_back(report);
   const auto middle = report.begin() + static_cast<ptrdiff_t>(report.size() / 2);
   to_host_.push_back({report.begin(), middle});
   to_host_.push_back({middle, report.end()});
 }
 
 void EmulatedSpaceMouse::report(double t) {
-  if (lie_ == Lie::kSilent) return;
+  if (lie_ == EmulatorFault::kSilent) return;
   const uint32_t buttons = options_.buttons(t);
   if (buttons != buttons_) {
     buttons_ = buttons;
@@ -122,7 +122,7 @@ void EmulatedSpaceMouse::report(double t) {
   const std::array<int, 6> axes = options_.hand(t);
   const bool rests = std::all_of(axes.begin(), axes.end(), [](int n) { return n == 0; });
   zeros_ = rests ? zeros_ + 1 : 0;
-  const bool lies = lie_ != Lie::kHealthy && lie_ != Lie::kLoses;
+  const bool lies = lie_ != EmulatorFault::kHealthy && lie_ != EmulatorFault::kLoses;
   if (zeros_ > (options_.whole ? kLastZeros : 2 * kLastZeros) && !lies) return;
   say(axes_report(axes));
 }
@@ -141,4 +141,4 @@ bool EmulatedSpaceMouse::give(uint8_t endpoint, size_t most, UsbBytes& packet, i
   return true;
 }
 
-}  // namespace haptic::test
+}  // namespace haptic

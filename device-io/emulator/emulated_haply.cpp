@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/support/haply/emulated_haply.h"
+#include "device-io/emulator/emulated_haply.h"
 
 #include <algorithm>
 #include <bit>
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-namespace haptic::test {
+namespace haptic {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
@@ -185,11 +185,11 @@ void EmulatedHaply::answer(int device) {
     if (port.encoder != device) continue;
     double count = port.base + (i < 2 ? raw_count(i, plant_.p_B) : 0);
     if (i == 1) {
-      if (lie_ == Lie::kNoise) count += static_cast<int>(random_() % 61) - 30;
-      if (lie_ == Lie::kFlipped) count = 2 * mirror_[i] - count;
-      if (lie_ != Lie::kFlipped) mirror_[i] = count;
+      if (lie_ == EmulatorFault::kNoise) count += static_cast<int>(random_() % 61) - 30;
+      if (lie_ == EmulatorFault::kFlipped) count = 2 * mirror_[i] - count;
+      if (lie_ != EmulatorFault::kFlipped) mirror_[i] = count;
     }
-    if (i < 2 && lie_ != Lie::kFrozenCounts) frozen_[i] = count;
+    if (i < 2 && lie_ != EmulatorFault::kFrozenCounts) frozen_[i] = count;
     if (i < 2) count = frozen_[i];
     const auto raw = std::bit_cast<std::array<uint8_t, 4>>(
         static_cast<float>(360.0 * count / port.counts_per_turn));
@@ -209,16 +209,16 @@ void EmulatedHaply::say(const Bytes& bytes) {
   if (number_) whole.push_back(*number_);
   number_.reset();
   whole.insert(whole.end(), bytes.begin(), bytes.end());
-  if (lie_ == Lie::kFrozen && !said_.empty()) whole = said_.back();
+  if (lie_ == EmulatorFault::kFrozen && !said_.empty()) whole = said_.back();
   said_.push_back(whole);
   if (said_.size() > kQueue) said_.pop_front();
   const auto send = [&](const Bytes& all) {
     for (const uint8_t byte : all) {
-      if (lie_ != Lie::kLoses || random_() % 100 != 0) out_.push_back(byte);
+      if (lie_ != EmulatorFault::kLoses || random_() % 100 != 0) out_.push_back(byte);
     }
   };
-  if (lie_ == Lie::kOldFirst) send(said_.front());
-  send(lie_ == Lie::kDelayed ? said_.front() : whole);
+  if (lie_ == EmulatorFault::kOldFirst) send(said_.front());
+  send(lie_ == EmulatorFault::kDelayed ? said_.front() : whole);
 }
 
 /// One turn of the firmware's loop; false: it waits for the rest of a command.
@@ -259,12 +259,12 @@ void EmulatedHaply::move_to(int64_t t_ns) {
 
 void EmulatedHaply::advance_to(int64_t t_ns) {
   if (t_ns_ == 0) t_ns_ = turn_ns_ = t_ns;
-  while (!in_.empty() && lie_ != Lie::kSilent && turn_ns_ + kLoopNs <= t_ns) {
+  while (!in_.empty() && lie_ != EmulatorFault::kSilent && turn_ns_ + kLoopNs <= t_ns) {
     turn_ns_ += kLoopNs;
     move_to(turn_ns_);
     run_command();
   }
-  if (in_.empty() || lie_ == Lie::kSilent) turn_ns_ = t_ns;
+  if (in_.empty() || lie_ == EmulatorFault::kSilent) turn_ns_ = t_ns;
 }
 
 void EmulatedHaply::take(std::span<const uint8_t> bytes, int64_t t_ns) {
@@ -283,4 +283,4 @@ EmulatedHaply::Bytes EmulatedHaply::give(int64_t t_ns) {
   return std::exchange(out_, {});
 }
 
-}  // namespace haptic::test
+}  // namespace haptic

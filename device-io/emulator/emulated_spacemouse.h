@@ -6,10 +6,10 @@
 #include <functional>
 #include <random>
 
-#include "tests/support/driver/lie.h"
-#include "tests/support/usb/emulated_usb.h"
+#include "device-io/emulator/emulated_usb.h"
+#include "device-io/emulator/fault_order.h"
 
-namespace haptic::test {
+namespace haptic {
 
 struct EmulatedSpaceMouseOptions {
   bool whole = false;    // one report of 13 bytes, not two of 7
@@ -31,7 +31,7 @@ class EmulatedSpaceMouse final : public EmulatedUsb {
   void take(uint8_t endpoint, const uint8_t* bytes, size_t size, int64_t t_ns) override;
   bool give(uint8_t endpoint, size_t most, UsbBytes& packet, int64_t t_ns) override;
 
-  void lie(Lie how) { lie_ = how; }
+  void lie(EmulatorFault how) { lie_ = how; }
   bool is_lit() const { return lit_; }
   uint64_t reports() const { return reports_; }
 
@@ -42,7 +42,7 @@ class EmulatedSpaceMouse final : public EmulatedUsb {
 
   EmulatedSpaceMouseOptions options_;
   UsbDescriptors descriptors_;
-  Lie lie_ = Lie::kHealthy;
+  EmulatorFault lie_ = EmulatorFault::kHealthy;
   std::deque<UsbBytes> to_host_, said_;
   uint32_t buttons_ = 0;
   int zeros_ = 0;  // reports without deflection since the last one with
@@ -52,4 +52,4 @@ class EmulatedSpaceMouse final : public EmulatedUsb {
   std::minstd_rand random_{1};
 };
 
-}  // namespace haptic::test
+}  // namespace haptic

@@ -44,7 +44,7 @@ class EmulatedArm final : public DriverBench {
   void lie(Lie how) override {
     lie_ = how;
     mirror_ = board_.record().counts[encoder];
-    board_.lie(fault_of(how));
+    board_.lie(how);
     board_.disturb({}, 0);
   }
   void cut() override {
@@ -67,23 +67,6 @@ class EmulatedArm final : public DriverBench {
 
  private:
   static constexpr int64_t kTurnNs = 250'000;
-
-  static EmulatorFault fault_of(Lie how) {
-    switch (how) {
-      case Lie::kFrozen:
-        return EmulatorFault::kFrozen;
-      case Lie::kOldFirst:
-        return EmulatorFault::kOldFirst;
-      case Lie::kDelayed:
-        return EmulatorFault::kDelayed;
-      case Lie::kNoise:
-        return EmulatorFault::kNoise;
-      case Lie::kTurnNoise:
-        return EmulatorFault::kTurnNoise;
-      default:
-        return EmulatorFault::kHealthy;
-    }
-  }
 
   void turn(int64_t t_ns) {
     turned_ns_ = t_ns;

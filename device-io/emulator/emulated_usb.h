@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace haptic::test {
+namespace haptic {
 
 using UsbBytes = std::vector<uint8_t>;
 
@@ -46,4 +46,4 @@ class EmulatedUsb {
   virtual bool give(uint8_t endpoint, size_t most, UsbBytes& packet, int64_t t_ns) = 0;
 };
 
-}  // namespace haptic::test
+}  // namespace haptic

@@ -9,10 +9,10 @@
 #include <span>
 #include <vector>
 
+#include "device-io/emulator/fault_order.h"
 #include "device-io/hand/plant.h"
-#include "tests/support/driver/lie.h"
 
-namespace haptic::test {
+namespace haptic {
 
 struct EmulatedHaplyOptions {
   SimulatedHandConfig hand{};    // the device and the hand that holds it
@@ -37,7 +37,7 @@ class EmulatedHaply {
   /// To the host: all that has been said up to now.
   Bytes give(int64_t t_ns);
 
-  void lie(Lie how) { lie_ = how; }
+  void lie(EmulatorFault how) { lie_ = how; }
   /// It forgets its setup and lets go.
   void cut_power();
 
@@ -72,7 +72,7 @@ class EmulatedHaply {
   Vec3 motor_force() const;
 
   EmulatedHaplyOptions options_;
-  Lie lie_ = Lie::kHealthy;
+  EmulatorFault lie_ = EmulatorFault::kHealthy;
   std::deque<uint8_t> in_;
   Bytes out_;
   std::deque<Bytes> said_;         // the last answers with their numbers
@@ -89,4 +89,4 @@ class EmulatedHaply {
   std::minstd_rand random_{1};
 };
 
-}  // namespace haptic::test
+}  // namespace haptic

@@ -4,10 +4,10 @@
 #include <memory>
 #include <span>
 
+#include "device-io/emulator/emulated_hid_arm.h"
 #include "device-io/hidarm/hid_arm.h"
 #include "device-io/hidarm/hid_exchange.h"
 #include "tests/support/driver/bench.h"
-#include "tests/support/usb/emulated_hid_arm.h"
 
 namespace haptic::test {
 
