@@ -29,11 +29,19 @@ struct DeviceCaps {
   Causality causality = Causality::kImpedance;
 };
 
+/// Silence after which a device counts as lost until it answers again [ns]
+/// (docs/decisions/0004-a-device-may-be-silent-for-20-ms.md).
+inline constexpr int64_t kDeviceSilenceNs = 20'000'000;
+
 /// Two instants on one clock: CLOCK_MONOTONIC, or virtual time in lockstep.
 struct TickTime {
   int64_t deadline_ns;  // grid point of this tick
   int64_t now_ns;       // actual wake-up
 };
+
+/// A device's zero force as these bytes, at most 64; for kUsbBulk the interface and the endpoint.
+DeviceRelease release_by(ReleaseBy by, std::span<const uint8_t> bytes, uint32_t interface = 0,
+                         uint32_t endpoint = 0);
 
 /// Hears a piece of what a device and its driver say to each other: a report or a packet, and the
 /// instant that the driver takes for that of the piece.

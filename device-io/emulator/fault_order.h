@@ -4,11 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "device-io/woodenhaptics/arm.h"
+#include "device-io/sensing/motor_counts.h"
 
 namespace haptic {
 
-/// Orders to haptic-emulator (send_order).
+/// How an emulated device deviates from an honest one; the numbered ones are orders to
+/// haptic-emulator (send_order). No device knows all of these.
 enum class EmulatorFault : int {
   kJumpOnce = 1,  // one answer is off by kJumpCounts
   kJump = 2,      // every answer is, until the next order
@@ -22,6 +23,14 @@ enum class EmulatorFault : int {
   kTurnNoise = 10,    // kNoiseCounts of noise on the last encoder of six: 11 mrad
   kGrasp = 11,        // no fault: the hand takes what lies below it (--grasp)
   kLetGo = 12,        // it lets go of that and goes back to its strokes
+  kFrozenCounts,      // the same counts, in answers that are right otherwise
+  kJumps,             // the counter of its reports goes anywhere
+  kFlipped,           // one encoder or axis counts backwards
+  kSlipped,           // one encoder is off by 3000 counts
+  kOverdone,          // all axes read 32767
+  kSilent,            // no answer
+  kHalves,            // each answer comes in two packets
+  kLoses,             // one byte in a hundred or one report in ten is lost
 };
 
 /// After kGrasp, until the hand is where it takes the thing, by 1 % [ns].

@@ -60,8 +60,8 @@ void EmulatedDevice::solve() {
   options_.arm->solve({plant_.p_B, plant_.q_B}, joint_angles_);
 }
 
-MotorAmperes EmulatedDevice::amperes() const {
-  MotorAmperes amperes;
+MotorEfforts EmulatedDevice::amperes() const {
+  MotorEfforts amperes;
   for (size_t i = 0; i < amperes.size(); ++i) amperes[i] = 1e-3 * record_.currents[i];
   return amperes;
 }

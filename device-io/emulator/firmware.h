@@ -94,7 +94,7 @@ class EmulatedDevice {
   void add_noise();
   void note(int64_t t_ns, EmulatorEvent event);
   void solve();
-  MotorAmperes amperes() const;
+  MotorEfforts amperes() const;
 
   EmulatedDeviceOptions options_;
   Intention intention_;  // made once: each step asks it

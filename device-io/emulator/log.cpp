@@ -5,6 +5,7 @@
 #include <cinttypes>
 #include <cstring>
 #include <stdexcept>
+#include <type_traits>
 
 #include "proto/os/realtime.h"
 
@@ -17,47 +18,23 @@ constexpr const char* kHeader =
     "tx_Nm,ty_Nm,tz_Nm,x_m,y_m,z_m,qx,qy,qz,qw,e0,e1,e2,e3,e4,e5,answered0,answered1,answered2,"
     "answered3,answered4,answered5,first0,first1,first2,first3,first4,first5\n";
 
-/// A row, one cell at a time.
-class Row {
- public:
-  explicit Row(std::FILE* file) : file_(file) {}
-
-  void put(uint64_t n) { note(std::fprintf(file_, "%s%" PRIu64, separator_, n)); }
-  void put(int64_t n) { note(std::fprintf(file_, "%s%" PRId64, separator_, n)); }
-  void put(double a) { note(std::fprintf(file_, "%s%.9g", separator_, a)); }
-  void put(const Vec3& a) {
-    for (int i = 0; i < 3; ++i) put(a[i]);
-  }
-  void put(const std::array<int32_t, kMostMotors>& counts) {
-    for (const int32_t n : counts) put(int64_t{n});
-  }
-  bool end() {
-    note(std::fputc('\n', file_));
-    return good_;
-  }
-
- private:
-  void note(int result) {
-    good_ = result >= 0 && good_;
-    separator_ = ",";
-  }
-
-  std::FILE* file_;
-  const char* separator_ = "";
-  bool good_ = true;
-};
-
-bool print(std::FILE* file, const EmulatorRecord& r) {
-  Row row(file);
-  row.put(r.t_ns);
-  row.put(uint64_t{static_cast<uint32_t>(r.event)});
-  row.put(uint64_t{r.motors_on});
-  for (const uint64_t n : {r.commands, r.rejected, r.watchdog}) row.put(n);
-  row.put(r.currents);
-  for (const Vec3& a : {r.force_B, r.torque_B, r.p_B, r.q_B.vector()}) row.put(a);
-  row.put(r.q_B.w);
-  for (const MotorCounts& counts : {r.counts, r.answered, r.said_first}) row.put(counts);
-  return row.end();
+bool print(std::FILE* file, const EmulatorRecord& record) {
+  bool good = true;
+  const char* separator = "";
+  each_cell(record, [&](auto number) {
+    using Number = decltype(number);
+    int written = 0;
+    if constexpr (std::is_same_v<Number, double>) {
+      written = std::fprintf(file, "%s%.9g", separator, number);
+    } else if constexpr (std::is_same_v<Number, uint64_t>) {
+      written = std::fprintf(file, "%s%" PRIu64, separator, number);
+    } else {
+      written = std::fprintf(file, "%s%" PRId64, separator, static_cast<int64_t>(number));
+    }
+    good = written >= 0 && good;
+    separator = ",";
+  });
+  return std::fputc('\n', file) >= 0 && good;
 }
 
 }  // namespace

@@ -12,6 +12,32 @@
 
 namespace haptic {
 
+/// Calls cell(number) for each cell of a record's row, in the order of the columns.
+template <typename Record, typename Cell>
+void each_cell(Record& r, Cell cell) {
+  const auto vector = [&](auto& a) {
+    for (int i = 0; i < 3; ++i) cell(i == 0 ? a.x : i == 1 ? a.y : a.z);
+  };
+  const auto all = [&](auto& numbers) {
+    for (auto& number : numbers) cell(number);
+  };
+  cell(r.t_ns);
+  cell(r.event);
+  cell(r.motors_on);
+  cell(r.commands);
+  cell(r.rejected);
+  cell(r.watchdog);
+  all(r.currents);
+  vector(r.force_B);
+  vector(r.torque_B);
+  vector(r.p_B);
+  vector(r.q_B);
+  cell(r.q_B.w);
+  all(r.counts);
+  all(r.answered);
+  all(r.said_first);
+}
+
 /// Writes the emulator's records as CSV in a thread of its own, so that the loop never waits for a
 /// disk. Rows reach the file within some milliseconds, in whole lines; records are lost, and
 /// counted, only if the disk is two seconds behind.

@@ -5,45 +5,31 @@
 #include <array>
 #include <charconv>
 #include <stdexcept>
+#include <type_traits>
+
+#include "device-io/emulator/log.h"
 
 namespace haptic {
-namespace {
-
-/// Takes numbers from a row, one cell at a time.
-struct Cells {
-  std::string_view rest;
+EmulatorRecord parse_emulator_row(std::string_view row) {
+  EmulatorRecord r{};
+  std::string_view rest = row;
   bool good = true;
-
-  template <typename Number>
-  void take(Number& out) {
+  const auto take = [&](auto& out) {
     const std::string_view cell = rest.substr(0, rest.find(','));
     const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), out);
     good = good && error == std::errc() && end == cell.data() + cell.size();
     rest.remove_prefix(std::min(cell.size() + 1, rest.size()));
-  }
-  void take(Vec3& out) {
-    for (double* x : {&out.x, &out.y, &out.z}) take(*x);
-  }
-};
-
-}  // namespace
-
-EmulatorRecord parse_emulator_row(std::string_view row) {
-  Cells cells{row};
-  EmulatorRecord r{};
-  uint32_t event = 0;
-  cells.take(r.t_ns);
-  cells.take(event);
-  cells.take(r.motors_on);
-  for (uint64_t* count : {&r.commands, &r.rejected, &r.watchdog}) cells.take(*count);
-  for (int32_t& current : r.currents) cells.take(current);
-  for (Vec3* a : {&r.force_B, &r.torque_B, &r.p_B}) cells.take(*a);
-  for (double* x : {&r.q_B.x, &r.q_B.y, &r.q_B.z, &r.q_B.w}) cells.take(*x);
-  for (int32_t& count : r.counts) cells.take(count);
-  for (int32_t& count : r.answered) cells.take(count);
-  for (int32_t& count : r.said_first) cells.take(count);
-  r.event = static_cast<EmulatorEvent>(event);
-  if (!cells.good || !cells.rest.empty()) {
+  };
+  each_cell(r, [&](auto& cell) {
+    if constexpr (std::is_enum_v<std::remove_reference_t<decltype(cell)>>) {
+      uint32_t number = 0;
+      take(number);
+      cell = static_cast<EmulatorEvent>(number);
+    } else {
+      take(cell);
+    }
+  });
+  if (!good || !rest.empty()) {
     throw std::runtime_error("not a row of the emulator's log: " + std::string(row) +
                              "; give the file that haptic-emulator --log has written");
   }

@@ -41,16 +41,29 @@ namespace {
 constexpr int64_t kTurnNs = 250'000;  // of the firmware's loop: two microframes of USB
 constexpr int kLinePriority = 65;     // below both ends of the line
 
+/// A device that can be emulated, by its option. Moving mass, damping and friction at the handle
+/// are estimates, not measured.
+struct Kind {
+  const Arm& arm;
+  double mass, damping, inertia;  // [kg], [N·s/m], [kg·m²]; 0: the handle does not turn
+};
+constexpr double kFriction = 0.2;  // at the tip of each [N]
+
+Kind kind_of(bool six, bool polhem) {
+  if (six && polhem) throw UsageError("--six, --polhem: are two devices; give one");
+  // an arm that carries a wrist
+  if (six) return {six_motors_arm(), 0.25, 0.5, 1e-4};
+  // by the published masses of its links: 80 to 160 g each
+  if (polhem) return {polhem_arm(), 0.3, 0.3, 1e-4};
+  return {woodenhaptics_arm(), 0.15, 0.3, 0};
+}
+
 struct Options {
   std::string link, log, hand = "typical";
   double button = 0;                    // [s]
   std::vector<double> centre{0, 0, 0};  // [m]
   std::vector<double> direction, turn_axis;
-  double hover = 0.05, press = 0.03;  // [m]
-  double angle = 0.7;                 // [rad]
-  double turn = 0;                    // [rad]
-  double time = 1.2;                  // [s]
-  double tremor = 1e-4;               // [m]
+  IntentConfig intent;
   uint64_t seed = 1;
   bool realtime = false;
   bool six = false, polhem = false;
@@ -63,61 +76,28 @@ std::vector<std::string> hand_names() {
   return names;
 }
 
-/// Moving mass, damping and friction at the tip: estimates, not measured.
-SimulatedHandConfig woodenhaptics_body() {
-  SimulatedHandConfig arm;
-  arm.mass = 0.15;
-  arm.damping = 0.3;
-  arm.coulomb_friction = 0.2;
-  return arm;
-}
-
-/// Moving mass, damping and friction of the arm that carries a wrist, whose handle turns.
-SimulatedHandConfig six_motors_body() {
-  SimulatedHandConfig body = woodenhaptics_body();
-  body.mass = 0.25;
-  body.damping = 0.5;
-  body.inertia = 1e-4;
-  return body;
-}
-
-/// The same of a Polhem, by the published masses of its links: 80 to 160 g each.
-SimulatedHandConfig polhem_body() {
-  SimulatedHandConfig body = woodenhaptics_body();
-  body.mass = 0.3;
-  body.inertia = 1e-4;
-  return body;
-}
-
 /// A direction of the command line; zero: not given.
 Vec3 direction_of(const std::vector<double>& words) {
   return words.empty() ? Vec3{} : normalized(Vec3{words[0], words[1], words[2]});
 }
 
 EmulatedDeviceOptions device_options(const Options& options) {
-  if (options.six && options.polhem) throw UsageError("--six, --polhem: are two devices; give one");
+  const Kind kind = kind_of(options.six, options.polhem);
   if (!options.grasp.empty() && (options.six || options.polhem)) {
     throw UsageError("--grasp: this device has no button; leave --six and --polhem out");
   }
   EmulatedDeviceOptions device;
-  device.hand = options.six      ? six_motors_body()
-                : options.polhem ? polhem_body()
-                                 : woodenhaptics_body();
-  device.arm = options.six      ? &six_motors_arm()
-               : options.polhem ? &polhem_arm()
-                                : &woodenhaptics_arm();
-  put_into_hand(*find_hand(options.hand), device.hand);
+  device.arm = &kind.arm;
+  device.hand.mass = kind.mass;
+  device.hand.damping = kind.damping;
+  device.hand.inertia = kind.inertia;
+  device.hand.coulomb_friction = kFriction;
   device.hand.seed = options.seed;
-  IntentConfig& intent = device.hand.intent;
+  put_into_hand(*find_hand(options.hand), device.hand);
+  IntentConfig& intent = device.hand.intent = options.intent;
   intent.centre_B = {options.centre[0], options.centre[1], options.centre[2]};
   intent.direction_B = direction_of(options.direction);
   intent.turn_axis_B = direction_of(options.turn_axis);
-  intent.turn_angle = options.turn;
-  intent.hover_radius = options.hover;
-  intent.press_radius = options.press;
-  intent.stroke_angle = options.angle;
-  intent.stroke_time = options.time;
-  intent.tremor_amplitude = options.tremor;
   device.button_ns = static_cast<int64_t>(1e9 * options.button);
   return device;
 }
@@ -252,6 +232,8 @@ void obey_orders(EmulatedDevice& device, GraspingHand& hand) {
       return hand.take(device, now_ns());
     case EmulatorFault::kLetGo:
       return hand.let_go(device);
+    default:
+      return;
   }
 }
 
@@ -307,6 +289,8 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) try {
   haptic::Options options;
+  haptic::IntentConfig& intent = options.intent;
+  intent.hover_radius = 0.05;  // within the reach of all three
   haptic::CommandLine line(
       "haptic-emulator",
       "A simulated WoodenHaptics in a simulated hand, behind a serial node; "
@@ -331,18 +315,18 @@ int main(int argc, char** argv) try {
       .expected(3);
   line.numbers("--direction X Y Z", options.direction, haptic::kAny, "all strokes along it")
       .expected(3);
-  length("--hover", options.hover, "distance from the centre between strokes");
-  length("--press", options.press, "distance from the centre the hand means to reach");
-  line.quantity("--stroke-angle", options.angle, Dimension::kAngle, haptic::kAny,
+  length("--hover", intent.hover_radius, "distance from the centre between strokes");
+  length("--press", intent.press_radius, "distance from the centre the hand means to reach");
+  line.quantity("--stroke-angle", intent.stroke_angle, Dimension::kAngle, haptic::kAny,
                 "arc of a stroke; 0 deg: press on one spot");
-  line.quantity("--stroke-time", options.time, Dimension::kTime, haptic::kNotNegative,
+  line.quantity("--stroke-time", intent.stroke_time, Dimension::kTime, haptic::kNotNegative,
                 "reach (1/4), slide or press (1/2), lift (1/4)");
-  line.quantity("--turn-angle", options.turn, Dimension::kAngle, kHalfTurn,
+  line.quantity("--turn-angle", intent.turn_angle, Dimension::kAngle, kHalfTurn,
                 "turn of the handle in each stroke")
       .show_default();
   line.numbers("--turn-axis X Y Z", options.turn_axis, haptic::kAny, "all turns about it")
       .expected(3);
-  length("--tremor", options.tremor, "amplitude");
+  length("--tremor", intent.tremor_amplitude, "amplitude");
   line.quantity("--button-after", options.button, Dimension::kTime, kDelays,
                 "calibration button; 0 s: is not needed");
   line.quantities("--grasp LOW HIGH", options.grasp, Dimension::kLength, haptic::kAny,

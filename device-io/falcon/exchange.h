@@ -6,7 +6,8 @@
 #include <span>
 
 #include "device-io/falcon/packet.h"
-#include "device-io/threemotors/motor_mailbox.h"
+#include "device-io/motors/motor_mailbox.h"
+#include "device-io/sensing/trust.h"
 
 namespace haptic {
 
@@ -14,6 +15,31 @@ namespace haptic {
 /// packet, and sends them alone where there is nothing.
 inline constexpr size_t kModemStatus = 2;
 inline constexpr size_t kFtdiPacket = 64;
+
+/// Who is to speak on the line to a Falcon, and how many answers may still come. The states and
+/// what leads from one to another:
+///
+///   state        ask          answer, of all / of some      distrust  brought up
+///   kFree        kAsked       kHushed: one too many         kHushed   kFree
+///   kAsked       kAskedAgain  kFree                         kHushed   kFree
+///   kAskedAgain  kAskedAgain  kFree / kDraining             kHushed   kFree
+///   kDraining    kAsked       kFree / kDraining             kHushed   kFree
+///   kHushed      kAsked       kHushed: one too many         kHushed   kFree
+struct FalconTurn {
+  enum class State {
+    kFree,        // nothing is under way: the next question at once
+    kAsked,       // one question is
+    kAskedAgain,  // several are, for none was answered in time
+    kDraining,    // some of several are answered; a silence shows that no more will be
+    kHushed,      // of what comes nothing is believed; asked again only after a silence
+  };
+  enum class Event { kAsk, kAnswer, kDistrust, kBroughtUp };
+
+  State state = State::kFree;
+  int owed = 0;  // answers that may still come
+
+  FalconTurn after(Event event) const noexcept;
+};
 
 /// The exchange with a running Falcon: one question, one answer, then the next question at once.
 /// Bytes in, bytes out, no clock of its own.
@@ -50,52 +76,52 @@ class FalconExchange {
   /// A packet of the chip, at most kFtdiPacket bytes, its status included.
   void hear(std::span<const uint8_t> packet, int64_t t_ns) noexcept;
 
-  uint64_t asked() const noexcept { return asked_; }
-  uint64_t answered() const noexcept { return answered_; }
+  /// Answers too many.
   uint64_t surplus() const noexcept { return surplus_; }
-  uint64_t rejected() const noexcept { return reader_.rejected(); }
   int64_t answered_ns() const noexcept { return answered_ns_; }
   /// The firmware obeys challenges.
-  bool is_challenged() const noexcept { return manners_ == Manners::kObeys; }
+  bool is_challenged() const noexcept { return challenges_.manners == Manners::kObeys; }
 
   static constexpr int64_t kAskAgainNs = 5'000'000;  // an answer takes 1 ms; the rest is the bus
   static constexpr int64_t kAskAgainMostNs = 80'000'000;
   static constexpr int64_t kQuietNs = 5'000'000;            // old answers come within a millisecond
   static constexpr int kFewestApart = 16, kMostApart = 31;  // questions between challenges
+  static constexpr int kMostDoubt = 16;  // challenges to be met by one that was not believed
 
  private:
+  using Event = FalconTurn::Event;
+  using State = FalconTurn::State;
   enum class Manners { kUnknown, kObeys, kIgnores };
 
-  void take(MotorSample answer, int64_t t_ns) noexcept;
+  /// Of the firmware, what is known by challenges.
+  struct Challenges {
+    Manners manners = Manners::kUnknown;
+    bool is_one = false;  // the last question
+    int tried = 0;        // before the manners are known
+    int until_next = 0;   // questions
+    uint32_t random = 1;
+    int64_t met_ns = 0;               // the last that was met
+    int64_t quiet_ns = kQuietNs / 2;  // twice that after the next that is missed
+  };
+
+  bool take(MotorSample& answer, int64_t t_ns) noexcept;
   void judge_challenge(bool met, int64_t t_ns) noexcept;
-  void doubt(int change) noexcept;
+  void doubt(int weight) noexcept;
   bool is_challenge_due() noexcept;
 
   MotorMailbox& mailbox_;
   FalconReader reader_;
-  uint64_t asked_ = 0, answered_ = 0, surplus_ = 0;
-  int64_t asked_ns_ = 0, first_asked_ns_ = 0, answered_ns_ = 0, heard_ns_ = 0, packet_ns_ = 0;
+  FalconTurn turn_;
+  Challenges challenges_;
+  Trust trust_{kMostDoubt};
+  MotorCommand told_;  // with the last question
+  uint8_t legs_ = 0;   // homed, by the last answer that was not to a challenge
+  uint64_t answered_ = 0, surplus_ = 0;
+  int64_t patience_ns_ = kAskAgainNs;
+  int64_t asked_ns_ = 0, first_asked_ns_ = 0;  // the last question; the first of those under way
+  int64_t answered_ns_ = 0, heard_ns_ = 0, packet_ns_ = 0;  // answer, payload, packet
   int64_t excused_ns_ = 0;  // until then answers too many and misses are no lie
   int64_t busy_ns_ = 0;     // until then misses are none
-  int64_t met_ns_ = 0;      // the last challenge that was met
-  int64_t patience_ns_ = kAskAgainNs;
-  MotorCommand told_;                // with the last question
-  int64_t quiet_ns_ = kQuietNs / 2;  // twice that after the next challenge that is missed
-  int owed_ = 0;                     // answers that may still come
-  bool alone_ = false;               // no other question was under way with the last one
-  bool heard_since_ = false;         // an answer since the last question
-  bool distrusts_ = false;           // one answer too many
-  // challenges
-  Manners manners_ = Manners::kUnknown;
-  bool challenges_ = false;  // the last question is one
-  uint8_t legs_ = 0;         // homed, by the last other answer
-  int tried_ = 0;            // before its manners are known
-  int doubt_ = 0;            // rises by a miss, falls by one with each challenge that is met
-  int good_ = 0;             // answers, where the firmware ignores challenges
-  bool stale_ = false;
-  int until_next_ = 0;  // questions
-  uint32_t random_ = 1;
-  uint8_t number_ = 0;  // of samples
 };
 
 }  // namespace haptic

@@ -15,16 +15,6 @@ constexpr int kMostSteps = 20;         // from the origin ten reach any corner
 constexpr double kFlatLeg = 1e-6;      // of a·L sin(knee) [m²]; in the workspace it is above 1e-3
 constexpr double kSingular = 100;      // of det J [rad³/m³]; in the workspace it is above 1000
 
-/// Solves A x = b by Cramer's rule. False, and x is zero, if the determinant is too small.
-bool solve(const Mat3& A, const Vec3& b, Vec3& x) {
-  const Vec3 c0 = A.column(0), c1 = A.column(1), c2 = A.column(2);
-  const double determinant = dot(c0, cross(c1, c2));
-  x = {};
-  if (!(std::fabs(determinant) > kSingular)) return false;
-  x = Vec3{dot(b, cross(c1, c2)), dot(c0, cross(b, c2)), dot(c0, cross(c1, b))} / determinant;
-  return true;
-}
-
 bool solve_leg(const FalconGeometry& g, size_t i, const Vec3& p, double& angle, Vec3& row) {
   const double a = g.upper_arm, b = g.parallelogram;
   const double cos_phi = std::cos(g.azimuth[i]), sin_phi = std::sin(g.azimuth[i]);
@@ -69,23 +59,24 @@ bool find_falcon_handle(const FalconGeometry& g, const Vec3& angles, Vec3& p_B) 
       return true;
     }
     Vec3 step;
-    if (!solve(pose.J, error, step)) return false;
+    if (!solve_rows(pose.J.row[0], pose.J.row[1], pose.J.row[2], error, kSingular, step)) {
+      return false;
+    }
     const double length = norm(step);
     p += (length > kLongestStep ? kLongestStep / length : 1.0) * step;
   }
   return false;
 }
 
-bool falcon_torques(const FalconPose& pose, const Vec3& F_B, Vec3& torques) noexcept {
-  return solve(transpose(pose.J), F_B, torques);
-}
-
-Vec3 falcon_force(const FalconPose& pose, const Vec3& torques) noexcept {
-  return transpose(pose.J) * torques;
-}
-
-double falcon_angle(const FalconGeometry& g, int32_t counts) noexcept {
-  return g.home + g.angle_per_count * counts;
+bool falcon_jacobian(const FalconPose& pose, HandleJacobian& J) noexcept {
+  const Vec3(&by_place)[3] = pose.J.row;
+  for (int i = 0; i < 3; ++i) {
+    Vec3 unit;
+    unit[i] = 1;
+    Vec3& column = J[static_cast<size_t>(i)].v;
+    if (!solve_rows(by_place[0], by_place[1], by_place[2], unit, kSingular, column)) return false;
+  }
+  return true;
 }
 
 }  // namespace haptic

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "device-io/motors/arm.h"
 #include "proto/math/mat3.h"
 #include "proto/math/vec3.h"
 
@@ -46,14 +47,8 @@ bool solve_falcon(const FalconGeometry& g, const Vec3& p_B, FalconPose& pose) no
 /// steps, or out of reach. From the place a millisecond ago it takes two steps.
 bool find_falcon_handle(const FalconGeometry& g, const Vec3& angles, Vec3& p_B) noexcept;
 
-/// Torques of the joints that push the hand with F_B: τ = J⁻ᵀ F [N·m], by virtual work. False, and
-/// `torques` is zero: the pose is singular.
-bool falcon_torques(const FalconPose& pose, const Vec3& F_B, Vec3& torques) noexcept;
-
-/// F = Jᵀ τ, the inverse [N].
-Vec3 falcon_force(const FalconPose& pose, const Vec3& torques) noexcept;
-
-/// Angle of an upper arm by the counts of its encoder.
-double falcon_angle(const FalconGeometry& g, int32_t counts) noexcept;
+/// Velocity of the handle per angular velocity of each upper arm, the columns of (∂θ/∂p)⁻¹ [m/rad].
+/// False: the pose is singular.
+bool falcon_jacobian(const FalconPose& pose, HandleJacobian& J) noexcept;
 
 }  // namespace haptic

@@ -2,7 +2,6 @@
 #include "device-io/falcon/packet.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace haptic {
 namespace {
@@ -45,24 +44,6 @@ FalconBytes encode_falcon(const MotorCommand& command) noexcept {
   }
   bytes[kFlags] = static_cast<uint8_t>(kZero + (command.flags & (kFalconHoming | kFalconLights)));
   return bytes;
-}
-
-std::array<int16_t, 3> falcon_words(const std::array<double, 3>& torques,
-                                    bool& saturated) noexcept {
-  double largest = 0;
-  bool finite = true;
-  for (const double t : torques) {
-    finite &= std::isfinite(t);
-    largest = std::max(largest, std::fabs(kFalconWordPerTorque * t));
-  }
-  saturated = !finite || largest > kMostFalconWord;
-  std::array<int16_t, 3> words{};
-  if (!finite) return words;
-  const double share = largest > kMostFalconWord ? kMostFalconWord / largest : 1;
-  for (size_t i = 0; i < words.size(); ++i) {
-    words[i] = static_cast<int16_t>(std::lround(share * kFalconWordPerTorque * torques[i]));
-  }
-  return words;
 }
 
 /// Drops the first byte, and all up to the next '<'.

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "device-io/threemotors/motor_mailbox.h"
+#include "device-io/motors/motor_mailbox.h"
 
 namespace haptic {
 
@@ -29,11 +29,6 @@ inline constexpr int16_t kMostFalconWord = 4095;
 inline constexpr double kFalconWordPerTorque = -10000;  // [1/(N·m)]
 
 FalconBytes encode_falcon(const MotorCommand& command) noexcept;
-
-/// Words for these torques of the joints [N·m]. Where one exceeds kMostFalconWord all are scaled by
-/// one factor, so that the force keeps its direction; `saturated` says so. Zero if one is not
-/// finite.
-std::array<int16_t, 3> falcon_words(const std::array<double, 3>& torques, bool& saturated) noexcept;
 
 /// Finds packets in a stream of bytes: '<' and '>' 16 apart, letters between. What does not fit is
 /// dropped up to the next '<'.

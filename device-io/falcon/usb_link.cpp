@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "device-io/plugged/find_node.h"
-#include "device-io/threemotors/follow_scheduling.h"
 #include "proto/ipc/process.h"
 #include "proto/math/units.h"
 #include "proto/os/realtime.h"
@@ -43,18 +42,17 @@ void FalconLink::Close::operator()(libusb_transfer* transfer) const {
 }
 
 FalconLink::FalconLink(const DeviceConfig& config, FileDescriptor node, MotorMailbox& mailbox)
-    : mailbox_(mailbox), exchange_(mailbox), node_(std::move(node)), servo_(pthread_self()) {
+    : TransferThread(mailbox), exchange_(mailbox), node_(std::move(node)) {
   image_name_ = view(config.falcon.firmware);
   if (!image_name_.empty()) image_ = read_firmware(image_name_);
   if (!node_.is_open()) node_ = open_node(config);
   open();
   bring_up(port(), image_, image_name_);
-  thread_ = std::thread([this] { run(); });
+  start([this] { run(); });
 }
 
 FalconLink::~FalconLink() {
-  ending_ = true;
-  if (thread_.joinable()) thread_.join();
+  end();
   // libusb still knows a transfer that the kernel has not given back: it stays, as does its memory
   if (in_flight_) in_.release();
   if (out_flight_) out_.release();
@@ -139,15 +137,8 @@ void FalconLink::ask_when_due() {
   const int64_t t_ns = now_ns();
   if (out_flight_ || !exchange_->may_ask(t_ns)) return;
   out_bytes_ = exchange_->ask(t_ns);
-  if (tapped_) tap_(false, out_bytes_, t_ns);
+  if (tapped_) tell(false, out_bytes_, t_ns);
   submit(out_.get(), out_flight_);
-}
-
-/// Takes on the servo's scheduling once it has one.
-void FalconLink::follow_servo() {
-  if (follows_ || !mailbox_.command_at(now_ns())) return;
-  follows_ = true;
-  follow_scheduling_of(servo_);
 }
 
 /// Until a transfer fails, the firmware is silent, or this ends.
@@ -161,7 +152,7 @@ void FalconLink::serve() {
         if (self.failed_) return;
         const std::span<const uint8_t> packet{t->buffer, static_cast<size_t>(t->actual_length)};
         const int64_t t_ns = now_ns();
-        if (self.tapped_ && packet.size() > kModemStatus) self.tap_(true, packet, t_ns);
+        if (self.tapped_ && packet.size() > kModemStatus) self.tell(true, packet, t_ns);
         self.exchange_->hear(packet, t_ns);
         self.ask_when_due();
         self.submit(t, self.in_flight_);
@@ -173,7 +164,7 @@ void FalconLink::serve() {
         auto& self = *static_cast<FalconLink*>(t->user_data);
         self.out_flight_ = false;
         self.note(t->status);
-        self.sent_.fetch_add(1, std::memory_order_release);
+        self.note_sent();
       },
       this, 0);
   failed_ = false;
@@ -199,7 +190,7 @@ void FalconLink::cancel() {
 }
 
 bool FalconLink::is_tapped_anew() const {
-  return tap_.is_set() && !tapped_;
+  return is_tapped() && !tapped_;
 }
 
 /// With nothing under way and an exchange that knows nothing, so that the record can be played to
@@ -236,16 +227,6 @@ void FalconLink::run() {
     }
   }
   mailbox_.set_gone();
-}
-
-void FalconLink::stop() {
-  const uint64_t before = sent_.load(std::memory_order_acquire);
-  const timespec turn{0, kMs};
-  for (int64_t waited_ns = 0; waited_ns < kStopNs; waited_ns += kMs) {
-    // one may have been under way with the command before
-    if (mailbox_.is_gone() || sent_.load(std::memory_order_acquire) >= before + 2) return;
-    nanosleep(&turn, nullptr);
-  }
 }
 
 }  // namespace haptic

@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <pthread.h>
-
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include "device-io/falcon/bring_up.h"
 #include "device-io/falcon/exchange.h"
-#include "device-io/threemotors/byte_tap.h"
-#include "device-io/threemotors/motor_mailbox.h"
+#include "device-io/motors/transfer_thread.h"
 #include "proto/config/device_config.h"
 #include "proto/os/file_descriptor.h"
 
@@ -29,32 +24,24 @@ inline constexpr uint8_t kFalconInterface = 0, kFalconIn = 0x81, kFalconOut = 0x
 /// The USB side of a Falcon: brings it up, then keeps two asynchronous transfers in flight in a
 /// thread of its own, which serves the mailbox until the device is unplugged or this is destroyed.
 ///
+/// Who taps it hears the packets of the exchange, not of the bring-up: the firmware's image is not
+/// for handing on.
+///
 /// The thread's own code does not allocate. libusb 1.0.26 allocates on Linux an array of URBs for
 /// each transfer that is submitted, and frees it when the transfer is reaped: on this thread, never
-/// on the servo's. With the servo's first command the thread takes on its scheduling, one priority
-/// above: an answer that is late is worth more than a tick that has nothing to say.
+/// on the servo's.
 ///
 /// Transfers that were cancelled (hapticd has let go of the device for a servo that was late) begin
 /// anew. A firmware that stops answering while its chip does not (the power was cut) is brought up
 /// anew after kSilentNs; the device is then not homed.
-class FalconLink {
+class FalconLink final : public TransferThread {
  public:
   /// Takes the open node, or finds and opens it. Blocks for up to some seconds, for the firmware.
   /// Throws DeviceError or InputError in one line.
   FalconLink(const DeviceConfig& config, FileDescriptor node, MotorMailbox& mailbox);
-  ~FalconLink();
-  FalconLink(const FalconLink&) = delete;
-  FalconLink& operator=(const FalconLink&) = delete;
-
-  /// Waits until the servo's last command has been sent twice, at most kStopNs.
-  void stop();
-
-  /// Tells of the packets of the exchange, not of the bring-up: the firmware's image is not for
-  /// handing on.
-  ByteTap& tap() { return tap_; }
+  ~FalconLink() override;
 
   static constexpr int64_t kSilentNs = 2'000'000'000;
-  static constexpr int64_t kStopNs = 20'000'000;
 
  private:
   struct Close {
@@ -72,13 +59,10 @@ class FalconLink {
   void submit(libusb_transfer* transfer, bool& in_flight);
   void ask_when_due();
   void cancel();
-  void follow_servo();
   bool is_tapped_anew() const;
   void begin_record();
 
-  MotorMailbox& mailbox_;
   std::optional<FalconExchange> exchange_;
-  ByteTap tap_;
   FileDescriptor node_;  // outlives the handle
   std::vector<uint8_t> image_;
   std::string image_name_;
@@ -87,13 +71,9 @@ class FalconLink {
   std::unique_ptr<libusb_transfer, Close> in_, out_;
   std::array<uint8_t, kFtdiPacket> in_bytes_{};
   FalconBytes out_bytes_{};
-  bool in_flight_ = false, out_flight_ = false, failed_ = false, unplugged_ = false,
-       follows_ = false, tapped_ = false;
+  bool in_flight_ = false, out_flight_ = false, failed_ = false, unplugged_ = false;
+  bool tapped_ = false;
   int64_t began_ns_ = 0;
-  pthread_t servo_;
-  std::atomic<uint64_t> sent_{0};
-  std::atomic<bool> ending_{false};
-  std::thread thread_;  // last: it uses all of the above
 };
 
 }  // namespace haptic

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "device-io/hand/portable_turn.h"
+#include "device-io/sensing/saturate.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -31,8 +32,7 @@ void relax(LedOffset& offset, double most, double h) {
   most = std::max(most, norm(offset.rate));
   const double grown = 1 + h * kLedRate;
   offset.rate = (offset.rate - h * kLedRate * kLedRate * offset.value) / (grown * grown);
-  const double speed = norm(offset.rate);
-  if (speed > most) offset.rate *= most / speed;
+  saturate(offset.rate, most);
   offset.value += h * offset.rate;
 }
 
@@ -43,9 +43,8 @@ bool is_over(const LedOffset& offset) {
 }  // namespace
 
 Vec3 nearest_in(const Ball& ball, const Vec3& p_B) {
-  const Vec3 way_B = p_B - ball.centre_B;
-  const double far = norm(way_B);
-  return far > ball.radius ? ball.centre_B + ball.radius / far * way_B : p_B;
+  Vec3 way_B = p_B - ball.centre_B;
+  return saturate(way_B, ball.radius) ? ball.centre_B + way_B : p_B;
 }
 
 void retarget(LedIntent& led, const std::optional<Pose>& target_B, const Intent& own) {

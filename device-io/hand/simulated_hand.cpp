@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "device-io/hand/portable_turn.h"
+#include "device-io/sensing/saturate.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -18,14 +19,6 @@ Vec3 quantised(const Vec3& a, double step) {
   if (!(step > 0)) return a;
   const auto below = [step](double x) { return std::floor(x / step) * step; };
   return {below(a.x), below(a.y), below(a.z)};
-}
-
-/// Shortened to its limit, or zero where it is not finite. True: it was changed.
-bool saturate(Vec3& a, double limit) {
-  const double size = norm(a);
-  if (size <= limit) return false;
-  a = std::isfinite(size) ? limit / size * a : Vec3{};
-  return true;
 }
 
 }  // namespace

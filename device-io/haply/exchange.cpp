@@ -4,12 +4,6 @@
 #include <algorithm>
 
 namespace haptic {
-namespace {
-
-constexpr int kDoubtOfOld = 32;  // good answers that make up for an old one
-constexpr int kMostDoubt = 8 * kDoubtOfOld;
-
-}  // namespace
 
 bool HaplyExchange::may_ask(int64_t t_ns) const noexcept {
   const bool owes_zero = mailbox_.owes_zero(told_, t_ns);
@@ -43,11 +37,9 @@ HaplyQuestion HaplyExchange::ask(int64_t t_ns) noexcept {
   return encode_haply(number_, told_.motors[0], told_.motors[1]);
 }
 
-void HaplyExchange::doubt(int change) noexcept {
-  doubt_ = std::clamp(doubt_ + change, 0, kMostDoubt);
-  if (doubt_ == kMostDoubt) stale_ = true;
-  if (doubt_ == 0) stale_ = false;
-  mailbox_.set_stale(stale_);
+void HaplyExchange::judge(bool good) noexcept {
+  trust_.judge(good);
+  mailbox_.set_stale(trust_.is_lost());
 }
 
 void HaplyExchange::take(const HaplyAnswer& answer, int64_t t_ns) noexcept {
@@ -59,14 +51,13 @@ void HaplyExchange::take(const HaplyAnswer& answer, int64_t t_ns) noexcept {
     }
     ++old_;
     heard_old_ = true;
-    doubt(kDoubtOfOld);
-    return;
+    return judge(false);
   }
   before_ = number_;
   surplus_ = times_ - 1;
   times_ = 0;
   ++answered_;
-  doubt(-1);
+  judge(true);
   MotorSample sample;
   sample.counts = {answer.counts[0], answer.counts[1], 0};
   sample.number = sample_++;

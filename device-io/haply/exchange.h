@@ -5,7 +5,8 @@
 #include <span>
 
 #include "device-io/haply/packet.h"
-#include "device-io/threemotors/motor_mailbox.h"
+#include "device-io/motors/motor_mailbox.h"
+#include "device-io/sensing/trust.h"
 
 namespace haptic {
 
@@ -41,7 +42,7 @@ class HaplyExchange {
 
  private:
   void take(const HaplyAnswer& answer, int64_t t_ns) noexcept;
-  void doubt(int change) noexcept;
+  void judge(bool good) noexcept;
   uint8_t draw_number() noexcept;
 
   MotorMailbox& mailbox_;
@@ -54,8 +55,7 @@ class HaplyExchange {
   uint8_t before_ = 0;      // number of the last one that was answered
   int surplus_ = 0;         // answers to it that may still come
   bool heard_old_ = false;  // since the last question
-  int doubt_ = 0;           // rises by an old answer, falls by one with each good one
-  bool stale_ = false;
+  Trust trust_;
   uint32_t random_ = 1;
   uint8_t sample_ = 0;  // number of samples
 };

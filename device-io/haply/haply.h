@@ -6,38 +6,32 @@
 
 #include "device-io/haply/haply_line.h"
 #include "device-io/haply/pantograph.h"
-#include "device-io/threemotors/three_motor_device.h"
+#include "device-io/motors/three_motor_device.h"
 
 namespace haptic {
-
-/// Above what the motors of the pantograph can do anywhere in its workspace [N].
-inline constexpr double kHaplyMaxForce = 5;
 
 /// A Haply board with a pantograph as an arm of two motors, in units of kHaplyTorqueUnit. Frame B
 /// as in pantograph.h: with both motors before you and the handle on your side, x to the left, y
 /// towards you, z up. The pose has z = 0 and the identity as orientation. Always homed: it counts
 /// from where it was set up.
-ThreeMotorArm haply_arm(const PantographConfig& config);
+Arm haply_arm(const PantographConfig& config);
+MotorFlags haply_flags();
 
 /// The board on its serial line. A sample is one tick old, as with MotorDevice: a wall is stable
 /// for K < (b + B)/(3T/2).
-class Haply final : public Device {
+class Haply final : public ThreeMotorDevice {
  public:
   /// Takes the open node. Throws as HaplyLine does.
-  Haply(const DeviceConfig& config, FileDescriptor node);
+  Haply(const DeviceConfig& config, FileDescriptor node,
+        std::shared_ptr<MotorMailbox> mailbox = std::make_shared<MotorMailbox>());
 
-  DeviceCaps caps() const override { return driver_->caps(); }
   std::string description() const override;
   bool read(const TickTime& tick, DeviceState& state) override;
   void write(const Wrench& F_B) override;
-  void stop() override { driver_->stop(); }
-  DeviceRelease release() const override { return driver_->release(); }
+  void stop() override;
 
  private:
-  std::shared_ptr<MotorMailbox> mailbox_;
-  std::shared_ptr<HaplyLine> line_;
-  std::unique_ptr<ThreeMotorDevice> driver_;
-  int64_t now_ns_ = 0;
+  HaplyLine line_;
 };
 
 }  // namespace haptic

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "device-io/haply/exchange.h"
-#include "proto/os/file_descriptor.h"
+#include "device-io/motors/serial_line.h"
 
 namespace haptic {
 
@@ -23,21 +23,18 @@ class HaplyLine {
   void hear(int64_t now_ns);
   /// Asks, with the servo's newest command, if a question is due.
   void say(int64_t now_ns);
-  /// Sends the servo's last command until it is answered, for at most kStopNs.
+  /// Sends the servo's last command until it is answered, for at most SerialLine::kStopNs.
   void stop();
 
   /// The board was set up here, not by an earlier session.
   bool is_new() const { return new_; }
 
-  static constexpr int64_t kStopNs = 40'000'000;
-
  private:
   void greet(const std::string& path);
   bool wait_for_answer(int64_t wait_ns);
   void write_all(std::span<const uint8_t> bytes);
-  void hang_up();
 
-  FileDescriptor node_;
+  SerialLine line_;
   HaplyExchange exchange_;
   MotorMailbox& mailbox_;
   HaplyQuestion rest_{};  // of a question that the node's full queue has cut off, at the end

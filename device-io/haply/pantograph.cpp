@@ -40,21 +40,6 @@ bool find_pantograph_handle(const PantographGeometry& g, const PantographAngles&
   return true;
 }
 
-bool solve_pantograph(const PantographGeometry& g, const Vec3& p_B, PantographAngles& angles) {
-  PantographAngles found;
-  for (int i = 0; i < 2; ++i) {
-    const Vec3 v = p_B - motor(g, i);
-    const double reach = std::hypot(v.x, v.y);
-    const double cosine =
-        (g.proximal * g.proximal + reach * reach - g.distal * g.distal) / (2 * g.proximal * reach);
-    if (!(std::fabs(cosine) <= 1)) return false;
-    const double outwards = i == 0 ? 1 : -1;
-    found[static_cast<size_t>(i)] = std::atan2(v.y, v.x) + outwards * std::acos(cosine);
-  }
-  angles = found;
-  return true;
-}
-
 bool pantograph_jacobian(const PantographGeometry& g, const PantographAngles& angles,
                          const Vec3& p_B, std::array<Vec3, 2>& J) {
   const std::array<Vec3, 2> u{p_B - elbow(g, angles, 0), p_B - elbow(g, angles, 1)};

@@ -27,11 +27,6 @@ using PantographAngles = std::array<double, 2>;
 bool find_pantograph_handle(const PantographGeometry& geometry, const PantographAngles& angles,
                             Vec3& p_B);
 
-/// Angles of a handle at p_B, of which z is ignored; false, and `angles` stays, out of reach. With
-/// v from motor to handle, θ = atan2(v) ± acos((l² + v² − L²)/(2 l v)), plus for link 1.
-bool solve_pantograph(const PantographGeometry& geometry, const Vec3& p_B,
-                      PantographAngles& angles);
-
 /// Velocity of the handle per angular velocity of each driven link, ∂p/∂θᵢ [m/rad]. Since a distal
 /// link uᵢ from elbow to handle keeps its length, uᵢ · ṗ = uᵢ · tᵢ θ̇ᵢ with the elbow's velocity tᵢ
 /// per θ̇ᵢ. False where the distal links are in one line.

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "device-io/hidarm/hid_exchange.h"
 
-#include <algorithm>
-
 namespace haptic {
 namespace {
 
-constexpr int kDoubtOfLie = 32;  // good reports that make up for one that is not
-constexpr int kMostDoubt = 8 * kDoubtOfLie;
 constexpr uint16_t kMostMissed = 1000;   // a second of reports; a larger step is a restart
 constexpr int64_t kGapNs = 100'000'000;  // after it the device may have been restarted
 
@@ -33,10 +29,8 @@ void HidExchange::hear(std::span<const uint8_t> report, int64_t t_ns) noexcept {
   }
   const int64_t before_ns = heard_ns_;
   const bool good = is_in_order(counter, t_ns);
-  doubt_ = std::clamp(doubt_ + (good ? -1 : kDoubtOfLie), 0, kMostDoubt);
-  if (doubt_ == kMostDoubt) stale_ = true;
-  if (doubt_ == 0) stale_ = false;
-  mailbox_.set_stale(stale_);
+  trust_.judge(good);
+  mailbox_.set_stale(trust_.is_lost());
   if (!good) return;
   // the counts were true between the last report and this one
   sample.asked_ns = heard_++ == 0 ? t_ns : before_ns;

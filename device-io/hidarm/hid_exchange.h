@@ -6,7 +6,8 @@
 #include <span>
 
 #include "device-io/hidarm/report.h"
-#include "device-io/threemotors/motor_mailbox.h"
+#include "device-io/motors/motor_mailbox.h"
+#include "device-io/sensing/trust.h"
 
 namespace haptic {
 
@@ -40,8 +41,7 @@ class HidExchange {
   uint64_t heard_ = 0, missed_ = 0, rejected_ = 0;
   uint16_t counter_ = 0;
   int64_t heard_ns_ = 0;  // the last report in order
-  int doubt_ = 0;
-  bool stale_ = false;
+  Trust trust_;
 };
 
 }  // namespace haptic

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "device-io/hidarm/hid_link.h"
 
-#include <time.h>
-
 #include <array>
 
-#include "device-io/threemotors/follow_scheduling.h"
 #include "proto/ipc/process.h"
 #include "proto/os/realtime.h"
 
@@ -19,7 +16,7 @@ constexpr int64_t kFirstNs = 1'000'000'000;
 }  // namespace
 
 HidLink::HidLink(const std::string& path, MotorMailbox& mailbox)
-    : node_(path), exchange_(mailbox), mailbox_(mailbox), servo_(pthread_self()) {
+    : TransferThread(mailbox), node_(path), exchange_(mailbox) {
   const int64_t until_ns = now_ns() + kFirstNs;
   while (exchange_.heard() == 0 && now_ns() < until_ns) {
     if (!hear_all(kWaitMs)) break;
@@ -29,12 +26,7 @@ HidLink::HidLink(const std::string& path, MotorMailbox& mailbox)
                       ": reports nothing; check that it is a WoodenHaptics with its HID firmware, "
                       "plug it out and in again");
   }
-  thread_ = std::thread([this] { run(); });
-}
-
-HidLink::~HidLink() {
-  ending_ = true;
-  if (thread_.joinable()) thread_.join();
+  start([this] { run(); });
 }
 
 /// Takes all reports that wait; false: the device has gone.
@@ -46,36 +38,24 @@ bool HidLink::hear_all(int wait_ms) {
     if (n == 0) return true;
     const std::span<const uint8_t> heard{report.data(), static_cast<size_t>(n)};
     const int64_t t_ns = now_ns();
-    tap_(true, heard, t_ns);
+    tell(true, heard, t_ns);
     exchange_.hear(heard, t_ns);
   }
   return true;
 }
 
 void HidLink::run() {
-  bool follows = false;
   while (!ending_ && hear_all(kWaitMs)) {
     const int64_t t_ns = now_ns();
     const auto command = exchange_.command(t_ns);
     if (!command) continue;
-    if (!follows) follow_scheduling_of(servo_);
-    follows = true;
-    tap_(false, *command, t_ns);
+    follow_servo();
+    tell(false, *command, t_ns);
     if (!node_.write(*command)) break;
-    sent_.fetch_add(1, std::memory_order_release);
+    note_sent();
   }
   node_.write(encode_hid_arm({}));
   mailbox_.set_gone();
-}
-
-void HidLink::stop() {
-  const uint64_t before = sent_.load(std::memory_order_acquire);
-  const timespec turn{0, 1'000'000};
-  for (int64_t waited_ns = 0; waited_ns < kStopNs; waited_ns += turn.tv_nsec) {
-    // one may have been under way with the command before
-    if (mailbox_.is_gone() || sent_.load(std::memory_order_acquire) >= before + 2) return;
-    nanosleep(&turn, nullptr);
-  }
 }
 
 }  // namespace haptic

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "device-io/threemotors/motor_mailbox.h"
+#include "device-io/motors/motor_mailbox.h"
 
 namespace haptic {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "device-io/woodenhaptics/arm.h"
+#include "device-io/motors/arm.h"
 
 namespace haptic {
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "device-io/hand/intended_motion.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -71,9 +72,9 @@ DeviceState RecordedMotion::at(int64_t elapsed_ns) const {
 DeviceState RecordedMotion::on_return(int64_t along_ns) const {
   DeviceState state = curve_.at(to_ns_);
   const Pose from = state.X_BH, to = curve_.at(from_ns_).X_BH;
-  const double length = static_cast<double>(return_ns_) / kNsPerS;
-  const double a = static_cast<double>(along_ns) / static_cast<double>(return_ns_), b = 1 - a;
-  const double s = a * a * a * (10 + a * (6 * a - 15)), rate = 30 * a * a * b * b / length;
+  const auto [s, rate] =
+      minimum_jerk(static_cast<double>(along_ns) / static_cast<double>(return_ns_),
+                   static_cast<double>(return_ns_) / kNsPerS);
   const Vec3 turn_B = to_rotation_vector(to.q * conjugate(from.q));
   state.X_BH = {from.p + s * (to.p - from.p), normalized(slerp(from.q, to.q, s))};
   state.V_BH = {rate * (to.p - from.p), rate * turn_B};

@@ -9,9 +9,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kRounding = 1;           // quantisation of the steps [counts]
-constexpr int kDoubtOfTurn = 32;          // plausible samples that make up for one implausible one
-constexpr int kNoise = 8 * kDoubtOfTurn;  // eight implausible samples
+constexpr double kRounding = 1;  // quantisation of the steps [counts]
 
 }  // namespace
 
@@ -36,8 +34,7 @@ void EncoderNoise::add(const MotorCounts& counts, int64_t asked_ns, int64_t hear
     implausible |= turns_too_fast(i, counts[i], asked_ns, heard_ns);
   }
   started_ = true;
-  doubt_ = std::clamp(doubt_ + (implausible ? kDoubtOfTurn : -1), 0, kNoise);
-  noisy_ = doubt_ == kNoise || (noisy_ && doubt_ > 0);
+  trust_.judge(!implausible);
 }
 
 }  // namespace haptic

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "device-io/sensing/motor_counts.h"
+#include "device-io/sensing/trust.h"
 
 namespace haptic {
 
@@ -37,7 +38,7 @@ class EncoderNoise {
 
   /// Set by eight implausible samples, unless each is followed by 32 plausible ones; cleared by 256
   /// plausible ones.
-  bool is_noisy() const noexcept { return noisy_; }
+  bool is_noisy() const noexcept { return trust_.is_lost(); }
 
  private:
   /// The last change of one encoder.
@@ -50,8 +51,8 @@ class EncoderNoise {
 
   std::array<double, kMostMotors> most_acceleration_;
   std::array<Change, kMostMotors> last_{};
-  int doubt_ = 0;
-  bool started_ = false, noisy_ = false;
+  Trust trust_;
+  bool started_ = false;
 };
 
 }  // namespace haptic

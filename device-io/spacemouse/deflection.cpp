@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "device-io/sensing/saturate.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -18,11 +19,6 @@ double share_of(int16_t count, const RateDeviceConfig& config) {
 /// From the knob's axes to those of B: a quarter turn about x.
 Vec3 in_base(const Vec3& raw) {
   return {raw.x, -raw.z, raw.y};
-}
-
-Vec3 shortened(const Vec3& a, double most) {
-  const double size = norm(a);
-  return size > most ? most / size * a : a;
 }
 
 }  // namespace
@@ -40,10 +36,15 @@ Twist commanded_velocity(const SpaceMouseInput& input, const RateDeviceConfig& c
 Pose moved_within(const Pose& X_BH, const Twist& V_BH, double dt, const HandleRange& range) {
   HAPTIC_ASSERT(dt >= 0 && range.radius >= 0 && range.turn >= 0);
   Pose to{X_BH.p + dt * V_BH.v, normalized(from_rotation_vector(dt * V_BH.w) * X_BH.q)};
-  if (range.radius > 0) to.p = range.centre_B + shortened(to.p - range.centre_B, range.radius);
+  if (range.radius > 0) {
+    Vec3 way_B = to.p - range.centre_B;
+    saturate(way_B, range.radius);
+    to.p = range.centre_B + way_B;
+  }
   if (range.turn > 0) {
-    const Vec3 away_B = to_rotation_vector(to.q * conjugate(range.rest_B));
-    to.q = normalized(from_rotation_vector(shortened(away_B, range.turn)) * range.rest_B);
+    Vec3 away_B = to_rotation_vector(to.q * conjugate(range.rest_B));
+    saturate(away_B, range.turn);
+    to.q = normalized(from_rotation_vector(away_B) * range.rest_B);
   }
   return to;
 }

@@ -13,9 +13,8 @@ constexpr int kMostOwed = 1000;  // bound for a device that never answers
 // Doubt, in matching answers that make up for it. A surplus: a delayed session may cause a few per
 // second, old answers between new ones cause eight within 40 ms. A challenge that fails alone has
 // no honest cause; two of them, even at the longest spacing, are enough.
-constexpr int kDistrust = 400;
-constexpr int kDoubtOfSurplus = kDistrust / 8;
-constexpr int kDoubtOfFailure = (kDistrust + AnswerMatch::kMostApart + 2) / 2;
+constexpr int kDoubtOfSurplus = AnswerMatch::kMostDoubt / 8;
+constexpr int kDoubtOfFailure = (AnswerMatch::kMostDoubt + AnswerMatch::kMostApart + 2) / 2;
 
 }  // namespace
 
@@ -25,11 +24,6 @@ int AnswerMatch::draw_apart() noexcept {
   random_ ^= random_ >> 17;
   random_ ^= random_ << 5;
   return kFewestApart + static_cast<int>(random_ % (kMostApart - kFewestApart + 1));
-}
-
-void AnswerMatch::doubt(int weight) noexcept {
-  doubt_ = std::clamp(doubt_ + weight, 0, kDistrust);
-  distrusted_ = doubt_ == kDistrust || (distrusted_ && doubt_ > 0);
 }
 
 Challenge AnswerMatch::ask(bool may) noexcept {
@@ -50,7 +44,7 @@ Challenge AnswerMatch::ask(bool may) noexcept {
 }
 
 bool AnswerMatch::hear(int32_t error, bool excused) noexcept {
-  HAPTIC_ASSERT(owed_ >= 0 && ahead_ >= 0 && doubt_ >= 0);
+  HAPTIC_ASSERT(owed_ >= 0 && ahead_ >= 0);
   if (awaits_echo() && error == static_cast<int32_t>(echo_)) {
     echo_ = Challenge::kNone;
     settled_ = true;
@@ -67,12 +61,12 @@ bool AnswerMatch::hear(int32_t error, bool excused) noexcept {
   owed_ = std::max(owed_ - 1, 0);
   alone_ = false;
   if (settled_ && !surplus && !jumped) {
-    doubt(-1);
+    trust_.doubt(-1);
     return false;
   }
   if (settled_ && !excused) {
-    if (surplus) doubt(kDoubtOfSurplus);
-    if (failed) doubt(kDoubtOfFailure);
+    if (surplus) trust_.doubt(kDoubtOfSurplus);
+    if (failed) trust_.doubt(kDoubtOfFailure);
   }
   settled_ = false;
   return false;

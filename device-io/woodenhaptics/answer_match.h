@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "device-io/sensing/trust.h"
 #include "device-io/woodenhaptics/protocol.h"
 
 namespace haptic {
@@ -38,13 +39,13 @@ class AnswerMatch {
 
   /// Set by eight surplus answers, or two challenges without echo that were the only lines under
   /// way, with few matching answers in between; cleared by many matching answers.
-  bool is_distrusted() const noexcept { return distrusted_; }
+  bool is_distrusted() const noexcept { return trust_.is_lost(); }
 
   static constexpr int kFewestApart = 16, kMostApart = 31;  // questions from echo to challenge
+  static constexpr int kMostDoubt = 400;                    // matching answers that win trust back
 
  private:
   int draw_apart() noexcept;
-  void doubt(int weight) noexcept;
 
   Challenge echo_ = Challenge::kNone;  // expected
   bool alone_ = false;                 // no other line was under way with the challenge
@@ -53,8 +54,8 @@ class AnswerMatch {
   int behind_ = 0;                     // of them, after the echo
   int asked_ = 0;                      // since the last echo
   int apart_ = kMostApart;             // questions until the next challenge
-  int doubt_ = 0;                      // decreases by one with each matching answer
-  bool settled_ = true, distrusted_ = false;
+  Trust trust_{kMostDoubt};
+  bool settled_ = true;
   uint32_t random_ = 1;
 };
 

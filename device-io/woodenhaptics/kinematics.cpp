@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "device-io/woodenhaptics/kinematics.h"
 
-#include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <memory>
+#include <utility>
 
 #include "device-io/sensing/encoder_noise.h"
+#include "device-io/woodenhaptics/motor_device.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -13,62 +14,21 @@ namespace {
 
 constexpr double kSingular = 1e-3;  // of the determinant at a right-angled elbow: nearly straight
 
-constexpr WoodenHapticsGeometry kGeometry;
-
-Vec3 three_of(const std::array<double, kMostMotors>& a) {
-  return {a[0], a[1], a[2]};
-}
-std::array<double, kMostMotors> six_of(const Vec3& a) {
-  return {a.x, a.y, a.z, 0, 0, 0};
-}
-
-/// Joint angle per count of the motor [rad].
-double angle_of_count(const WoodenHapticsGeometry& g, int i) {
-  HAPTIC_ASSERT(i >= 0 && i < 3 && g.counts_per_turn > 0);
-  const size_t k = static_cast<size_t>(i);
-  return g.direction[k] * 2 * std::numbers::pi / (g.counts_per_turn * g.ratio[k]);
-}
-
 /// Distance of the tip from A's axis [m].
-double reach(const WoodenHapticsGeometry& g, const Vec3& q) {
-  return g.upper_arm * std::sin(q.y) + g.forearm * std::sin(q.z);
-}
-
-/// Joint torque per motor current [N·m/A].
-double torque_of_current(const WoodenHapticsGeometry& g, int i) {
-  HAPTIC_ASSERT(i >= 0 && i < 3 && g.torque_constant > 0);
-  const size_t k = static_cast<size_t>(i);
-  return g.torque_direction[k] * g.ratio[k] * g.torque_constant;
+double reach(const WoodenHapticsGeometry& g, const JointAngles& q) {
+  return g.upper_arm * std::sin(q[1]) + g.forearm * std::sin(q[2]);
 }
 
 }  // namespace
 
-Vec3 joint_angles(const WoodenHapticsGeometry& g, const MotorCounts& counts) {
-  Vec3 q;
-  for (int i = 0; i < 3; ++i) {
-    const size_t k = static_cast<size_t>(i);
-    q[i] = angle_of_count(g, i) * (static_cast<double>(counts[k]) + g.home_counts[k]);
-  }
-  return q;
-}
-
-MotorCounts motor_counts(const WoodenHapticsGeometry& g, const Vec3& q) {
-  MotorCounts counts{};
-  for (int i = 0; i < 3; ++i) {
-    const size_t k = static_cast<size_t>(i);
-    counts[k] = static_cast<int32_t>(std::floor(q[i] / angle_of_count(g, i))) - g.home_counts[k];
-  }
-  return counts;
-}
-
-Vec3 tip_position(const WoodenHapticsGeometry& g, const Vec3& q) {
+Vec3 tip_position(const WoodenHapticsGeometry& g, const JointAngles& q) {
   const double rho = reach(g, q);
-  const Vec3 tip{std::cos(q.x) * rho, std::sin(q.x) * rho,
-                 g.shoulder_height + g.upper_arm * std::cos(q.y) - g.forearm * std::cos(q.z)};
+  const Vec3 tip{std::cos(q[0]) * rho, std::sin(q[0]) * rho,
+                 g.shoulder_height + g.upper_arm * std::cos(q[1]) - g.forearm * std::cos(q[2])};
   return tip - g.origin;
 }
 
-bool solve_joint_angles(const WoodenHapticsGeometry& g, const Vec3& p_B, Vec3& q) {
+bool solve_tip(const WoodenHapticsGeometry& g, const Vec3& p_B, JointAngles& q) {
   HAPTIC_ASSERT(g.upper_arm > 0 && g.forearm > 0);
   const Vec3 tip = p_B + g.origin;
   const double rho = std::hypot(tip.x, tip.y);
@@ -79,82 +39,59 @@ bool solve_joint_angles(const WoodenHapticsGeometry& g, const Vec3& p_B, Vec3& q
   const double cos_elbow = (b * b + c * c - distance * distance) / (2 * b * c);
   const double cos_shoulder = (b * b + distance * distance - c * c) / (2 * b * distance);
   if (!(std::fabs(cos_elbow) < 1 && std::fabs(cos_shoulder) <= 1 && rho > 0)) return false;
-  const double beta = std::atan2(rho, height) - std::acos(cos_shoulder);
-  q = {std::atan2(tip.y, tip.x), beta, std::acos(cos_elbow) - beta};
+  q[0] = std::atan2(tip.y, tip.x);
+  q[1] = std::atan2(rho, height) - std::acos(cos_shoulder);
+  q[2] = std::acos(cos_elbow) - q[1];
   return true;
 }
 
-Mat3 tip_jacobian(const WoodenHapticsGeometry& g, const Vec3& q) {
+Mat3 tip_jacobian(const WoodenHapticsGeometry& g, const JointAngles& q) {
   const double rho = reach(g, q), b = g.upper_arm, c = g.forearm;
-  const double sin_a = std::sin(q.x), cos_a = std::cos(q.x);
+  const double sin_a = std::sin(q[0]), cos_a = std::cos(q[0]);
   return from_columns({-sin_a * rho, cos_a * rho, 0},
-                      {b * cos_a * std::cos(q.y), b * sin_a * std::cos(q.y), -b * std::sin(q.y)},
-                      {c * cos_a * std::cos(q.z), c * sin_a * std::cos(q.z), c * std::sin(q.z)});
+                      {b * cos_a * std::cos(q[1]), b * sin_a * std::cos(q[1]), -b * std::sin(q[1])},
+                      {c * cos_a * std::cos(q[2]), c * sin_a * std::cos(q[2]), c * std::sin(q[2])});
 }
 
-Vec3 currents_of_torques(const WoodenHapticsGeometry& g, const Vec3& torques) {
-  Vec3 currents;
-  for (int i = 0; i < 3; ++i) currents[i] = torques[i] / torque_of_current(g, i);
-  return currents;
+Axis axis_of(const DrivenBody& body, double counts_per_turn, double torque_constant) {
+  return {.angle = angle_of_count(body.direction, counts_per_turn, body.ratio),
+          .home = body.home,
+          .torque = body.torque_direction * body.ratio * torque_constant,
+          .most_acceleration = kTipAcceleration};
 }
 
-Vec3 torques_of_currents(const WoodenHapticsGeometry& g, const Vec3& currents) {
-  Vec3 torques;
-  for (int i = 0; i < 3; ++i) torques[i] = torque_of_current(g, i) * currents[i];
-  return torques;
-}
-
-Vec3 motor_currents(const WoodenHapticsGeometry& g, const Vec3& q, const Vec3& F_B) {
-  return currents_of_torques(g, transpose(tip_jacobian(g, q)) * F_B);
-}
-
-Vec3 force_of_torques(const WoodenHapticsGeometry& g, const Vec3& q, const Vec3& torques) {
-  const Mat3 J = tip_jacobian(g, q);
-  const Vec3 a = J.column(0), b = J.column(1), c = J.column(2);
-  // Cramer's rule: τ_i = column_i · F
-  const double determinant = dot(a, cross(b, c));
-  if (std::fabs(determinant) < kSingular * g.upper_arm * g.forearm * g.forearm) return {};
-  return (torques.x * cross(b, c) + torques.y * cross(c, a) + torques.z * cross(a, b)) /
-         determinant;
-}
-
-Vec3 tip_force(const WoodenHapticsGeometry& g, const Vec3& q, const Vec3& currents) {
-  return force_of_torques(g, q, torques_of_currents(g, currents));
+Arm serial_arm(const WoodenHapticsGeometry& g) {
+  Arm arm;
+  arm.max_force = 5;  // of the design [N]
+  arm.least_volume = kSingular * g.upper_arm * g.forearm * g.forearm;
+  arm.find = [g](const JointAngles& q, Pose& X_BH) {
+    X_BH = {tip_position(g, q), {}};
+    return true;
+  };
+  arm.jacobian = [g](const JointAngles& q, const Pose&, HandleJacobian& J) {
+    const Mat3 tip = tip_jacobian(g, q);
+    for (int i = 0; i < 3; ++i) J[static_cast<size_t>(i)].v = tip.column(i);
+    return true;
+  };
+  arm.solve = [g](const Pose& X_BH, JointAngles& q) { return solve_tip(g, X_BH.p, q); };
+  return arm;
 }
 
 const Arm& woodenhaptics_arm() {
-  static constexpr Arm kArm{
-      .name = "WoodenHaptics",
-      .model = 3,
-      .motors = 3,
-      .encoders = 3,
-      .buttons = 1,  // of a firmware that reports one in the handle (protocol.h)
-      .max_force = 5,
-      .max_torque = 0,
-      .most_acceleration = {kTipAcceleration, kTipAcceleration, kTipAcceleration},
-      .angles = [](const MotorCounts& n) { return six_of(joint_angles(kGeometry, n)); },
-      .counts = [](const JointAngles& q) { return motor_counts(kGeometry, three_of(q)); },
-      .pose =
-          [](const JointAngles& q) {
-            return Pose{tip_position(kGeometry, three_of(q)), {}};
-          },
-      .solve =
-          [](const Pose& X_BH, JointAngles& q) {
-            Vec3 angles;
-            if (!solve_joint_angles(kGeometry, X_BH.p, angles)) return false;
-            q = six_of(angles);
-            return true;
-          },
-      .currents =
-          [](const JointAngles& q, const Wrench& F_B) {
-            return six_of(motor_currents(kGeometry, three_of(q), F_B.f));
-          },
-      .wrench =
-          [](const JointAngles& q, const MotorAmperes& currents) {
-            return Wrench{tip_force(kGeometry, three_of(q), three_of(currents)), {}};
-          },
-  };
+  static const Arm kArm = [] {
+    constexpr DrivenBody kBodies[] = {{16, 1, 1}, {12, -1, -1}, {12, -1, -1, -6000}};
+    Arm arm = serial_arm({});
+    arm.name = "WoodenHaptics";
+    arm.model = 3;
+    arm.buttons = 1;  // of a firmware that reports one in the handle (protocol.h)
+    for (size_t i = 0; i < 3; ++i) arm.axes[i] = axis_of(kBodies[i], 2000, 0.0259);
+    return arm;
+  }();
   return kArm;
+}
+
+std::unique_ptr<Device> open_woodenhaptics(const DeviceConfig& config, FileDescriptor node) {
+  return open_motor_device(woodenhaptics_arm(), config, std::move(node));
 }
 
 }  // namespace haptic

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "device-io/woodenhaptics/motor_line.h"
 
-#include <poll.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <cstdlib>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -22,13 +18,7 @@ namespace {
 constexpr int64_t kAskAgainNs = 5 * kMs;        // an answer later than this is lost
 constexpr int64_t kAskAgainMostNs = 100 * kMs;  // for a silent device, which has to read them all
 constexpr int64_t kLetGoNs = kFirmwareWatchdogNs - 10 * kMs;  // margin: a line may be under way
-constexpr int64_t kGreetingNs = 2000 * kMs;                   // limit for the first answer
-constexpr int64_t kGreetingRoundNs = 50 * kMs;                // per attempt
-constexpr int64_t kStopNs = 40 * kMs;                         // within which zero force is promised
-constexpr int64_t kStopWaitNs = 5 * kMs;                      // per attempt
-constexpr int64_t kQuietNs = 2 * kMs;  // all errors of colliding lines are in
-constexpr int kReadsPerTick = 4;       // together at most 1 KiB: bounded work
-constexpr size_t kBytesPerRead = 256;
+constexpr int64_t kQuietNs = 2 * kMs;       // all errors of colliding lines are in
 constexpr int64_t kHeldUpNs = 5 * kMs;      // after it hapticd may have released the device
 constexpr int64_t kExcusedNs = 30 * kMs;    // its four lines, 5 ms apart, and their answers
 constexpr int32_t kMostCounts = 1'000'000;  // thirty turns of a body: noise, no arm
@@ -36,6 +26,10 @@ constexpr int32_t kMostCounts = 1'000'000;  // thirty turns of a body: noise, no
 /// True if a firmware may report this of its first encoder before the button is pressed.
 bool may_be_invented(int32_t count) {
   return std::abs(count - kSineMiddle) <= kSineAmplitude;
+}
+
+std::span<const uint8_t> bytes_of(const CommandText& command) {
+  return {reinterpret_cast<const uint8_t*>(command.text.data()), command.size};
 }
 
 /// A firmware may report anything for encoders that are not there.
@@ -48,8 +42,7 @@ MotorCounts counts_of(const EncoderReply& reply, size_t encoders) {
 }  // namespace
 
 MotorLine::MotorLine(const Arm& arm, const std::string& path, FileDescriptor node)
-    : arm_(arm), node_(std::move(node)) {
-  HAPTIC_ASSERT(arm.motors > 0 && arm.motors <= arm.encoders && arm.encoders <= kMostMotors);
+    : arm_(arm), line_(std::move(node)) {
   greet(path);
 }
 
@@ -67,11 +60,12 @@ bool MotorLine::is_plausible(const EncoderReply& reply) const {
 void MotorLine::greet(const std::string& path) {
   const std::string name(arm_.name);
   EncoderReply reply;
-  const int64_t give_up_ns = haptic::now_ns() + kGreetingNs;
-  while (!gone_ && haptic::now_ns() < give_up_ns) {
+  const int64_t give_up_ns = haptic::now_ns() + SerialLine::kGreetingNs;
+  while (line_.is_open() && haptic::now_ns() < give_up_ns) {
     ask({}, false);
     // an error here is a remnant of an earlier program
-    if (!wait_for_answer(haptic::now_ns() + kGreetingRoundNs, reply) || reply.error != 0) continue;
+    if (!wait_for_answer(haptic::now_ns() + SerialLine::kRoundNs, reply) || reply.error != 0)
+      continue;
     if (!is_this_arm(reply)) {
       throw std::runtime_error(path + ": answers as model " + std::to_string(reply.model) +
                                ", not " + std::to_string(arm_.model) + " (" + name +
@@ -82,46 +76,31 @@ void MotorLine::greet(const std::string& path) {
     if (homed_) home_ = counts_of(reply, arm_.encoders);
     return;
   }
-  throw DeviceError(path + (gone_ ? ": hung up" : ": no answer within 2 s") +
+  throw DeviceError(path + (line_.is_open() ? ": no answer within 2 s" : ": hung up") +
                     "; check that it is a " + name +
                     " with its firmware, plug it out and in again");
 }
 
 bool MotorLine::wait_for_answer(int64_t until_ns, EncoderReply& newest) {
-  while (!gone_) {
+  while (line_.is_open()) {
     if (receive(newest)) return true;
-    const int64_t left_ns = until_ns - haptic::now_ns();
-    if (left_ns <= 0) return false;
-    pollfd waiting{node_.get(), POLLIN, 0};
-    poll(&waiting, 1, static_cast<int>((left_ns + kMs - 1) / kMs));
+    if (!line_.wait(until_ns)) return false;
   }
   return false;
-}
-
-/// Closes the node: its name is free for the device's return only when nobody holds it open.
-void MotorLine::hang_up() {
-  gone_ = true;
-  node_.reset();
 }
 
 /// Takes the newest answer to a question; false if none has come. Bounded work.
 bool MotorLine::receive(EncoderReply& newest) {
   bool any = false, heard = false;
   EncoderReply reply;
-  std::array<char, kBytesPerRead> bytes;
-  for (int i = 0; i < kReadsPerTick && !gone_; ++i) {
-    const ssize_t n = ::read(node_.get(), bytes.data(), bytes.size());
-    if (n < 0 && (errno == EAGAIN || errno == EINTR)) break;
-    // neither data nor EAGAIN: the node has hung up
-    if (n <= 0) hang_up();
-    for (ssize_t k = 0; k < n; ++k) {
-      if (!reader_.push(bytes[static_cast<size_t>(k)], reply)) continue;
+  line_.hear([&](std::span<const uint8_t> bytes) {
+    for (const uint8_t byte : bytes) {
+      if (!reader_.push(static_cast<char>(byte), reply)) continue;
       heard = true;
       any = !match_.hear(reply.error, now_ns_ < excused_ns_);
       if (any) newest = reply;
     }
-    if (n < static_cast<ssize_t>(bytes.size())) break;
-  }
+  });
   if (heard) patience_ns_ = kAskAgainNs;
   heard_ |= heard;
   if (any && !match_.awaits_echo()) awaiting_ = false;
@@ -154,7 +133,7 @@ uint32_t MotorLine::flags() const {
   return flag(homed_, kDeviceHomed) | flag(lost_, kDeviceLost) | flag(is_stale(), kDeviceStale);
 }
 
-std::optional<MotorLine::Sample> MotorLine::hear(int64_t now_ns) {
+std::optional<ArmSample> MotorLine::hear(int64_t now_ns) {
   if (started_ && now_ns - now_ns_ > kHeldUpNs) {
     excused_ns_ = now_ns + kExcusedNs;
     doubted_ns_ = 0;
@@ -168,23 +147,27 @@ std::optional<MotorLine::Sample> MotorLine::hear(int64_t now_ns) {
   // hold zero when the force returns
   const bool fresh = answered && (!lost_ || returning_);
   returning_ = lost_ && !fresh && (returning_ || answered) && match_.is_settled();
-  std::optional<Sample> sample;
+  std::optional<ArmSample> sample;
   if (fresh) {
-    sample = Sample{counts_of(reply, arm_.encoders), buttons_of(reply), first_asked_ns_, asked_ns_,
-                    sampled_ && !lost_};
+    sample = ArmSample{counts_of(reply, arm_.encoders),
+                       buttons_of(reply),
+                       first_asked_ns_,
+                       asked_ns_,
+                       now_ns,
+                       sampled_ && !lost_};
     sampled_ = true;
   }
   const bool silent = now_ns - answered_ns_ > kDeviceSilenceNs;
   // after such a delay the firmware has switched the motors off: no step back to full force
   const bool let_go = sampled_ && now_ns - asked_ns_ > kLetGoNs;
-  lost_ = silent || gone_ || let_go || returning_;
+  lost_ = silent || !line_.is_open() || let_go || returning_;
   return sample;
 }
 
 bool MotorLine::may_say() const {
   const bool owes_zero = lost_ && homed_ && currents_ != Milliamperes{};
   const int64_t patience_ns = owes_zero ? std::min(patience_ns_, kAskAgainNs) : patience_ns_;
-  return !gone_ && !(awaiting_ && now_ns_ - asked_ns_ < patience_ns);
+  return line_.is_open() && !(awaiting_ && now_ns_ - asked_ns_ < patience_ns);
 }
 
 void MotorLine::say(Milliamperes currents) {
@@ -201,14 +184,13 @@ void MotorLine::say(Milliamperes currents) {
 bool MotorLine::ask(const Milliamperes& currents, bool may_challenge) {
   const CommandText command = encode_currents(currents, match_.ask(may_challenge), arm_.motors);
   heard_ = false;
-  const ssize_t n = ::write(node_.get(), command.text.data(), command.size);
-  if (n < 0 && errno != EAGAIN && errno != EINTR) hang_up();
+  const size_t n = line_.say(bytes_of(command));
   // while one is unanswered, the next answer may be to either question
   if (!awaiting_) first_asked_ns_ = now_ns_;
   // a line truncated by a full queue is dropped by the firmware, as if never sent
   awaiting_ = n > 0;
   asked_ns_ = now_ns_;
-  if (n != static_cast<ssize_t>(command.size)) return false;
+  if (n != command.size) return false;
   currents_ = currents;
   return true;
 }
@@ -217,27 +199,22 @@ bool MotorLine::ask(const Milliamperes& currents, bool may_challenge) {
 /// zero until it is confirmed.
 void MotorLine::stop() {
   EncoderReply reply;
-  const int64_t give_up_ns = haptic::now_ns() + kStopNs;
+  const int64_t give_up_ns = haptic::now_ns() + SerialLine::kStopNs;
   const auto wait = [&](int64_t patience_ns) {
     return wait_for_answer(std::min(haptic::now_ns() + patience_ns, give_up_ns), reply);
   };
-  if (awaiting_) wait(kStopWaitNs);
+  if (awaiting_) wait(SerialLine::kStopWaitNs);
   do {
     ask({}, false);
-    if (wait(kStopWaitNs) && reply.error == 0) return;
+    if (wait(SerialLine::kStopWaitNs) && reply.error == 0) return;
     while (wait(kQuietNs)) {
     }
-  } while (!gone_ && haptic::now_ns() < give_up_ns);
+  } while (line_.is_open() && haptic::now_ns() < give_up_ns);
 }
 
 DeviceRelease MotorLine::release() const {
   const CommandText zero = encode_currents({}, Challenge::kNone, arm_.motors);
-  DeviceRelease release{};
-  release.by = static_cast<uint32_t>(ReleaseBy::kWrite);
-  release.size = zero.size;
-  HAPTIC_ASSERT(zero.size <= release.bytes.size());
-  std::copy_n(zero.text.begin(), zero.size, release.bytes.begin());
-  return release;
+  return release_by(ReleaseBy::kWrite, bytes_of(zero));
 }
 
 }  // namespace haptic

@@ -6,17 +6,13 @@
 #include <string>
 #include <string_view>
 
+#include "device-io/motors/arm_device.h"
+#include "device-io/motors/serial_line.h"
 #include "device-io/woodenhaptics/answer_match.h"
-#include "device-io/woodenhaptics/arm.h"
 #include "device-io/woodenhaptics/protocol.h"
-#include "proto/os/file_descriptor.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
-
-/// Silence after which a device counts as lost until it answers again [ns]
-/// (docs/decisions/0004-a-device-may-be-silent-for-20-ms.md).
-inline constexpr int64_t kDeviceSilenceNs = 20'000'000;
 
 /// The host's side of the conversation of protocol.h, on a serial node. One line (sometimes with a
 /// challenge before it: AnswerMatch) is under way at a time, sent by say() and answered before the
@@ -30,21 +26,12 @@ inline constexpr int64_t kDeviceSilenceNs = 20'000'000;
 /// are then invented.
 class MotorLine {
  public:
-  /// The counts that an answer gave.
-  struct Sample {
-    MotorCounts counts;
-    uint32_t buttons;        // one bit a button
-    int64_t first_asked_ns;  // of the first line that the answer may be to
-    int64_t asked_ns;        // of the last
-    bool follows;            // another sample, without a loss in between
-  };
-
   /// Takes the open node and waits until the device answers as this arm. Throws DeviceError if it
   /// does not within two seconds, std::runtime_error if it is another model.
   MotorLine(const Arm& arm, const std::string& path, FileDescriptor node);
 
   /// Takes what has come up to now: at most 1 KiB; the newest valid answer counts.
-  std::optional<Sample> hear(int64_t now_ns);
+  std::optional<ArmSample> hear(int64_t now_ns);
 
   /// Whether a line may be sent: none is under way, or it is older than 5 ms, doubled after each
   /// lost line up to 100 ms: the firmware would drop both. The first zero after a loss is not put
@@ -72,7 +59,6 @@ class MotorLine {
  private:
   void greet(const std::string& path);
   bool wait_for_answer(int64_t until_ns, EncoderReply& newest);
-  void hang_up();
   bool ask(const Milliamperes& currents, bool may_challenge);
   bool receive(EncoderReply& newest);
   bool is_this_arm(const EncoderReply& reply) const;
@@ -81,7 +67,7 @@ class MotorLine {
   bool is_stale() const;
 
   const Arm& arm_;
-  FileDescriptor node_;
+  SerialLine line_;
   ReplyReader reader_;
   AnswerMatch match_;
   MotorCounts home_{};
@@ -97,7 +83,7 @@ class MotorLine {
   uint32_t probe_ = 0;  // number of questions asked while not homed
   bool heard_ = false;  // an answer has come since the line under way was sent
   bool awaiting_ = false, started_ = false, sampled_ = false;
-  bool homed_ = false, lost_ = false, gone_ = false;
+  bool homed_ = false, lost_ = false;
   bool returning_ = false;  // lost, but it has answered once since
 };
 

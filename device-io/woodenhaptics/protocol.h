@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "device-io/woodenhaptics/arm.h"
+#include "device-io/motors/arm.h"
 
 /// The text protocol of a WoodenHaptics with a Teensy (firmware woody_teensy_mini, see
 /// docs/references.md), for any number of motors up to six (docs/six-motors.md). The host asks, the

@@ -11,6 +11,7 @@
 #include "tests/process/network.h"
 #include "tests/process/watcher.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/tip.h"
 #include "tests/support/tolerance.h"
 
 namespace haptic {
@@ -24,7 +25,6 @@ constexpr double kStiffness = 500;  // [N/m]
 constexpr double kMaxDamping = 2;   // default of the passivity controller [N·s/m]
 // 0.5 mA in each of three motors, as a force at the tip, in all poses of these tests
 constexpr double kCurrentStep = 5e-3;  // [N]
-const WoodenHapticsGeometry kArm;
 
 /// The hand hovers 2 mm over the plane z = 0, aims 10 mm below it, rests there, lifts.
 std::vector<std::string> pressing(const std::string& hand = "typical") {
@@ -63,12 +63,12 @@ position = ["0 mm", "0 mm", "-20 mm"]
 
 /// The tip by the encoders when the server was answered [m].
 Vec3 answered_position(const EmulatorRecord& r) {
-  return tip_position(kArm, joint_angles(kArm, r.answered));
+  return tip_at(r.answered);
 }
 
 /// Depth of the tip below the plane, by the encoders [m].
 double depth_at(const MotorCounts& counts) {
-  return std::max(0.0, -tip_position(kArm, joint_angles(kArm, counts)).z);
+  return std::max(0.0, -tip_at(counts).z);
 }
 
 /// Whether this is the force k · depth, straight up, for the sample known to the server.

@@ -7,9 +7,9 @@
 
 #include "device-io/hand/impedance.h"
 #include "proto/os/message.h"
-#include "tests/support/usb/emulated_falcon.h"
-#include "tests/support/usb/emulated_hid_arm.h"
-#include "tests/support/usb/emulated_spacemouse.h"
+#include "device-io/emulator/emulated_falcon.h"
+#include "device-io/emulator/emulated_hid_arm.h"
+#include "device-io/emulator/emulated_spacemouse.h"
 
 namespace haptic::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "tests/support/usb/emulated_usb.h"
+#include "device-io/emulator/emulated_usb.h"
 
 namespace haptic::test {
 

@@ -9,7 +9,7 @@
 #include <memory>
 
 #include "proto/os/file_descriptor.h"
-#include "tests/support/usb/emulated_usb.h"
+#include "device-io/emulator/emulated_usb.h"
 
 namespace haptic::test {
 

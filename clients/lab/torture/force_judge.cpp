@@ -68,15 +68,15 @@ bool is_zero(const Command& c) {
   return c.is_zero;
 }
 
-MotorAmperes amperes_of(const EmulatorRecord& r) {
-  MotorAmperes amperes;
+MotorEfforts amperes_of(const EmulatorRecord& r) {
+  MotorEfforts amperes;
   for (size_t i = 0; i < amperes.size(); ++i) amperes[i] = 1e-3 * r.currents[i];
   return amperes;
 }
 
 /// Evaluates the currents at the poses that the server may assume. Returns the largest distance
 /// between two consecutive ones.
-double look_back(const ForceRules& rules, std::span<const Said> poses, const MotorAmperes& amperes,
+double look_back(const ForceRules& rules, std::span<const Said> poses, const MotorEfforts& amperes,
                  Command& c) {
   double way = 0;
   c.weakest = c.shallowest = std::numeric_limits<double>::infinity();

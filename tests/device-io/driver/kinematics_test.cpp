@@ -10,8 +10,9 @@
 #include <random>
 #include <vector>
 
+#include "device-io/falcon/falcon.h"
 #include "device-io/falcon/kinematics.h"
-#include "device-io/haply/pantograph.h"
+#include "device-io/haply/haply.h"
 #include "device-io/hidarm/hid_arm.h"
 #include "device-io/owndevice/own_device_arm.h"
 #include "device-io/polhem/kinematics.h"
@@ -23,7 +24,7 @@ using namespace haptic::test;
 
 namespace {
 
-using Columns = std::array<Twist, kMostMotors>;
+using Columns = HandleJacobian;
 
 /// The kinematics of a device, of as many joints as it has motors.
 struct ArmRow {
@@ -47,8 +48,8 @@ struct ArmRow {
   std::function<Columns(const JointAngles& q, const Pose& X_BH)> jacobian;
   /// Motor currents of a wrench, the wrench of motor currents, and the work of one unit of a motor
   /// over one unit of its joint [J]; empty: there are none.
-  std::function<MotorAmperes(const JointAngles& q, const Pose& X_BH, const Wrench& F_B)> drive;
-  std::function<Wrench(const JointAngles& q, const Pose& X_BH, const MotorAmperes&)> wrench;
+  std::function<MotorEfforts(const JointAngles& q, const Pose& X_BH, const Wrench& F_B)> drive;
+  std::function<Wrench(const JointAngles& q, const Pose& X_BH, const MotorEfforts&)> wrench;
   std::array<double, kMostMotors> work{};
   /// Encoder counts of angles, rounded down, and the angles of counts; empty: none are known here.
   std::function<MotorCounts(const JointAngles& q)> counts;
@@ -63,33 +64,34 @@ bool is_elbow_up(const JointAngles& q) {
   return q[1] + q[2] > 0 && q[1] + q[2] < std::numbers::pi;
 }
 
-JointAngles joints(const Vec3& q) {
-  return {q.x, q.y, q.z};
-}
-Vec3 first_three(const std::array<double, kMostMotors>& q) {
-  return {q[0], q[1], q[2]};
-}
-Columns columns_of(const Mat3& J) {
-  return {Twist{J.column(0), {}}, Twist{J.column(1), {}}, Twist{J.column(2), {}}};
-}
-
-ArmRow row_of(const Arm& arm, const Vec3& reach_B, double turn) {
+/// The row of a driver's arm, and the angles of a pose where the driver knows none.
+ArmRow row_of(const Arm& arm, const Vec3& reach_B, double turn = 0,
+              std::function<bool(const Pose&, JointAngles&)> solve = {}) {
   ArmRow row;
   row.name = arm.name;
   row.motors = arm.motors;
   row.reach_B = reach_B;
   row.turn = turn;
   row.encoders = arm.encoders;
-  row.counts = arm.counts;
-  row.angles = arm.angles;
-  row.solve = [&](const Pose& X_BH, JointAngles& q) { return arm.solve(X_BH, q); };
-  row.pose = [&](const JointAngles& q, Pose& X_BH) { return X_BH = arm.pose(q), true; };
-  row.drive = [&](const JointAngles& q, const Pose&, const Wrench& F) {
-    return arm.currents(q, F);
+  row.counts = [arm](const JointAngles& q) { return arm.counts(q); };
+  row.angles = [arm](const MotorCounts& n) { return arm.angles(n); };
+  row.solve = solve ? std::move(solve) : arm.solve;
+  row.pose = arm.find;
+  row.jacobian = [arm](const JointAngles& q, const Pose& X_BH) {
+    Columns J{};
+    REQUIRE(arm.jacobian(q, X_BH, J));
+    return J;
   };
-  row.wrench = [&](const JointAngles& q, const Pose&, const MotorAmperes& i) {
-    return arm.wrench(q, i);
+  row.drive = [arm](const JointAngles& q, const Pose& X_BH, const Wrench& F) {
+    MotorEfforts motors;
+    REQUIRE(arm.efforts(q, X_BH, F, motors));
+    return motors;
   };
+  if (arm.motors > 2) {
+    row.wrench = [arm](const JointAngles& q, const Pose&, const MotorEfforts& motors) {
+      return arm.wrench(q, motors);
+    };
+  }
   return row;
 }
 
@@ -130,46 +132,25 @@ std::vector<double> falcon_rods(const JointAngles& q, const Vec3& p_B) {
   return rods;
 }
 
-/// The row of an arm of three bodies with the geometry g. A turn of a motor has the same number of
-/// counts whichever body it drives, so its work is independent of capstans and signs.
-ArmRow serial_arm(const char* name, const WoodenHapticsGeometry& g) {
-  ArmRow row;
+/// The row of an arm of three bodies. A turn of a motor has the same number of counts whichever
+/// body it drives, so its work is independent of capstans and signs.
+ArmRow serial_arm_row(const char* name, const Arm& arm) {
+  ArmRow row = row_of(arm, {0.14, 0.14, 0.14});
   row.name = name;
-  row.reach_B = {0.14, 0.14, 0.14};
   row.inverse = row.wrench_step = 1e-12;
   row.slope = 1e-10;
   row.is_meant = is_elbow_up;
-  row.solve = [g](const Pose& X_BH, JointAngles& q) {
-    Vec3 angles = first_three(q);
-    const bool found = solve_joint_angles(g, X_BH.p, angles);
-    std::copy_n(joints(angles).begin(), 3, q.begin());
-    return found;
-  };
-  row.pose = [g](const JointAngles& q, Pose& X_BH) {
-    return X_BH.p = tip_position(g, first_three(q)), true;
-  };
-  row.jacobian = [g](const JointAngles& q, const Pose&) {
-    return columns_of(tip_jacobian(g, first_three(q)));
-  };
-  row.drive = [g](const JointAngles& q, const Pose&, const Wrench& F_B) {
-    return joints(motor_currents(g, first_three(q), F_B.f));
-  };
-  row.wrench = [g](const JointAngles& q, const Pose&, const MotorAmperes& currents) {
-    return Wrench{tip_force(g, first_three(q), first_three(currents)), {}};
-  };
-  row.counts = [g](const JointAngles& q) { return motor_counts(g, first_three(q)); };
-  row.angles = [g](const MotorCounts& n) { return joints(joint_angles(g, n)); };
   return row;
 }
 
 ArmRow woodenhaptics() {
-  ArmRow row = serial_arm("WoodenHaptics", {});
+  ArmRow row = serial_arm_row("WoodenHaptics", woodenhaptics_arm());
   row.work.fill(0.0259 * 2 * std::numbers::pi / 2000);
   return row;
 }
 
-ArmRow hid_arm(const char* name, const HidArmConfig& config) {
-  ArmRow row = serial_arm(name, hid_arm_geometry(config));
+ArmRow hid_arm_row(const char* name, const HidArmConfig& config) {
+  ArmRow row = serial_arm_row(name, hid_arm(config));
   const double count = 2 * std::numbers::pi / config.counts_per_turn;
   const auto motor = [&](int i) {
     return config.signs[i] * config.motor_signs[i] * config.torque_constant * count;
@@ -185,9 +166,6 @@ ArmRow six_motors() {
   row.wrench_step = 1e-11;
   row.slope = 1e-9;
   row.is_meant = is_elbow_up;
-  row.jacobian = [](const JointAngles& q, const Pose&) {
-    return handle_jacobian(SixMotorsGeometry{}, q);
-  };
   // and 0.0138 N·m and 4096 counts in the wrist
   const double arm = 0.0259 * 2 * std::numbers::pi / 2000;
   const double wrist = 0.0138 * 2 * std::numbers::pi / 4096;
@@ -199,81 +177,63 @@ ArmRow polhem() {
   ArmRow row = row_of(polhem_arm(), {0.09, 0.09, 0.09}, 3.1);
   row.is_meant = [](const JointAngles& q) { return q[4] <= 0; };
   row.far_B = {0.2, 0, 0};
-  row.jacobian = [](const JointAngles& q, const Pose&) {
-    Mat3 J;
-    REQUIRE(linkage_jacobian(PolhemLinkage{}, first_three(q), J));
-    return columns_of(J);
-  };
   const double count = 2 * std::numbers::pi / 4096;
   row.links = polhem_links;
   row.work = {0.0603 * count, 0.0538 * count, 0.0538 * count};
   return row;
 }
 
-/// Its joints are the pose itself.
+/// Its joints are the pose itself, and its torques no derivative of the rotation vector.
 ArmRow own_device() {
   ArmRow row = row_of(own_device_arm(), {0.5, 0.5, 0.5}, 2.9);
   row.far_B = {};
   row.turn_inverse = 1e-9;
   row.wrench_step = 1e-11;
+  row.jacobian = {};
   return row;
 }
 
-ArmRow pantograph(const char* name, const PantographGeometry& g) {
-  ArmRow row;
+/// With v from motor to handle, θ = atan2(v) ± acos((l² + v² − L²)/(2 l v)), plus for link 1.
+bool solve_pantograph(const PantographConfig& g, const Vec3& p_B, JointAngles& q) {
+  std::array<double, 2> found;
+  for (int i = 0; i < 2; ++i) {
+    const double side = i == 0 ? 1 : -1;
+    const Vec3 v{p_B.x + side * g.base / 2, p_B.y, 0};
+    const double reach = norm(v);
+    const double cosine =
+        (g.proximal * g.proximal + reach * reach - g.distal * g.distal) / (2 * g.proximal * reach);
+    if (!(std::fabs(cosine) <= 1)) return false;
+    found[static_cast<size_t>(i)] = std::atan2(v.y, v.x) + side * std::acos(cosine);
+  }
+  std::ranges::copy(found, q.begin());
+  return true;
+}
+
+ArmRow pantograph(const char* name, const PantographConfig& config) {
+  ArmRow row = row_of(
+      haply_arm(config), {0.035, 0.035, 0}, 0,
+      [config](const Pose& X_BH, JointAngles& q) { return solve_pantograph(config, X_BH.p, q); });
   row.name = name;
-  row.motors = 2;
   row.middle_B = {0, 0.07, 0};
-  row.reach_B = {0.035, 0.035, 0};
   row.far_B = {0, 0.2, 0};
-  row.solve = [g](const Pose& X_BH, JointAngles& q) {
-    PantographAngles angles{q[0], q[1]};
-    const bool found = solve_pantograph(g, X_BH.p, angles);
-    q[0] = angles[0], q[1] = angles[1];
-    return found;
-  };
-  row.pose = [g](const JointAngles& q, Pose& X_BH) {
-    return find_pantograph_handle(g, {q[0], q[1]}, X_BH.p);
-  };
-  row.jacobian = [g](const JointAngles& q, const Pose& X_BH) {
-    std::array<Vec3, 2> J;
-    REQUIRE(pantograph_jacobian(g, {q[0], q[1]}, X_BH.p, J));
-    return Columns{Twist{J[0], {}}, Twist{J[1], {}}};
-  };
+  // a unit of a motor is a newton metre of its link
+  const double count = 2 * std::numbers::pi / config.counts_per_turn;
+  row.work = {count, count};
   return row;
 }
 
-/// Its Jacobian is the inverse one, which its torques prove.
 ArmRow falcon() {
   static const FalconGeometry kGeometry;
-  ArmRow row;
-  row.name = "Falcon";
-  row.reach_B = {0.05, 0.05, 0.05};
-  row.far_B = {0.2, 0, 0};
-  row.solve = [](const Pose& X_BH, JointAngles& q) {
+  // from the middle: the worst start
+  ArmRow row = row_of(falcon_arm({}), {0.05, 0.05, 0.05}, 0, [](const Pose& X_BH, JointAngles& q) {
     FalconPose pose;
     if (!solve_falcon(kGeometry, X_BH.p, pose)) return false;
-    q = joints(pose.angles);
+    std::copy_n(&pose.angles.x, 3, q.begin());
     return true;
-  };
-  // from the middle: the worst start
-  row.pose = [](const JointAngles& q, Pose& X_BH) {
-    return find_falcon_handle(kGeometry, first_three(q), X_BH.p);
-  };
-  const auto at = [](const Pose& X_BH) {
-    FalconPose pose;
-    REQUIRE(solve_falcon(kGeometry, X_BH.p, pose));
-    return pose;
-  };
-  row.drive = [at](const JointAngles&, const Pose& X_BH, const Wrench& F_B) {
-    Vec3 torques;
-    REQUIRE(falcon_torques(at(X_BH), F_B.f, torques));
-    return joints(torques);
-  };
-  row.wrench = [at](const JointAngles&, const Pose& X_BH, const MotorAmperes& torques) {
-    return Wrench{falcon_force(at(X_BH), first_three(torques)), {}};
-  };
-  row.work.fill(row.unit);
+  });
+  row.name = "Falcon";
+  row.far_B = {0.2, 0, 0};
+  row.work.fill(kGeometry.angle_per_count);
   row.links = falcon_rods;
   row.count = kGeometry.angle_per_count;
   row.least_step = 10e-6;
@@ -301,11 +261,13 @@ std::vector<ArmRow> arms() {
           polhem(),
           own_device(),
           falcon(),
-          hid_arm("HID arm of 2016", {}),
-          hid_arm("HID arm of other lengths", other),
+          hid_arm_row("HID arm of 2016", {}),
+          hid_arm_row("HID arm of other lengths", other),
           haply(),
-          pantograph("pantograph with its motors on one axis", {0.07, 0.09, 0}),
-          pantograph("pantograph of short driven links", {0.06, 0.09, 0.05})};
+          pantograph("pantograph with its motors on one axis",
+                     {.proximal = 0.07, .distal = 0.09, .base = 0}),
+          pantograph("pantograph of short driven links",
+                     {.proximal = 0.06, .distal = 0.09, .base = 0.05})};
 }
 
 /// Poses within the workspace of a row.
@@ -419,7 +381,7 @@ TEST_CASE("kinematics: motors do the work that the handle does", "[device-io]") 
   INFO(row.name);
   visit_workspace(row, 300, [&](const JointAngles& q, const Pose& X_BH, Draw& draw) {
     const Wrench F_B{5 * draw.in_ball(), row.motors == 6 ? 0.3 * draw.in_ball() : Vec3{}};
-    const MotorAmperes motors = row.drive(q, X_BH, F_B);
+    const MotorEfforts motors = row.drive(q, X_BH, F_B);
     for (size_t i = 0; i < row.motors; ++i) {
       const double unit = unit_of(row, i);
       const Twist way = between(moved(row, q, i, -unit), moved(row, q, i, unit));

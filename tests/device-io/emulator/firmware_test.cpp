@@ -8,13 +8,15 @@
 #include "device-io/hand/impedance.h"
 #include "proto/math/units.h"
 #include "tests/support/near.h"
+#include "tests/support/tip.h"
 
 using namespace haptic;
 using haptic::test::IsNear;
+using haptic::test::tip_at;
 
 namespace {
 
-const WoodenHapticsGeometry kArm;
+const Arm& kArm = woodenhaptics_arm();
 
 /// An arm in a typical hand that aims at the origin.
 EmulatedDeviceOptions still_hand() {
@@ -94,9 +96,7 @@ TEST_CASE("emulator: a disturbed answer is off by what was asked for, as often, 
   tell(device, "[0,0,0]\n", 5 * kMs);
   CHECK(device.record().answered == honest);
   // the largest reach of this arm
-  const WoodenHapticsGeometry arm;
-  const Vec3 way =
-      tip_position(arm, joint_angles(arm, lied)) - tip_position(arm, joint_angles(arm, honest));
+  const Vec3 way = tip_at(lied) - tip_at(honest);
   CHECK(norm(way) == Approx(0.67).margin(0.001));
   CHECK(norm(device.plant().p_B) < 1e-3);
 }
@@ -138,12 +138,13 @@ TEST_CASE("emulator: the arm gives way to the motors as the hand lets it", "[dev
   EmulatedDeviceOptions options = still_hand();
   options.hand.coulomb_friction = 0;
   EmulatedDevice device(options, 0);
-  Vec3 q;
-  REQUIRE(solve_joint_angles(kArm, {}, q));
-  const Vec3 amperes = motor_currents(kArm, q, {0, 0, 1.5});
+  JointAngles q{};
+  REQUIRE(kArm.solve({}, q));
+  MotorEfforts amperes;
+  REQUIRE(kArm.efforts(q, {}, {{0, 0, 1.5}, {}}, amperes));
   Milliamperes currents;
-  for (int i = 0; i < 3; ++i) {
-    currents[static_cast<size_t>(i)] = static_cast<int32_t>(std::lround(1000 * amperes[i]));
+  for (size_t i = 0; i < currents.size(); ++i) {
+    currents[i] = static_cast<int32_t>(std::lround(1000 * amperes[i]));
   }
   const CommandText command = encode_currents(currents);
   for (int64_t t = 1; t < 3000; ++t) tell(device, command.view(), t * kMs);
@@ -158,12 +159,11 @@ TEST_CASE("emulator: encoders answer with whole counts of the joints", "[device-
   options.hand.intent.centre_B = {0.03, -0.02, 0.05};
   EmulatedDevice device(options, 0);
   tell(device, kZeroCommand, kMs);
-  Vec3 q;
-  REQUIRE(solve_joint_angles(kArm, {0.03, -0.02, 0.05}, q));
-  CHECK(device.record().counts == motor_counts(kArm, q));
+  JointAngles q{};
+  REQUIRE(kArm.solve({{0.03, -0.02, 0.05}, {}}, q));
+  CHECK(device.record().counts == kArm.counts(q));
   // within the three steps of the encoders, each at most 2π/24000 · 0.3 m
-  CHECK_THAT(tip_position(kArm, joint_angles(kArm, device.record().counts)),
-             IsNear({0.03, -0.02, 0.05}, 150e-6));
+  CHECK_THAT(tip_at(device.record().counts), IsNear({0.03, -0.02, 0.05}, 150e-6));
   ReplyReader reader;
   EncoderReply reply;
   bool found = false;

@@ -6,7 +6,7 @@
 
 #include "proto/ipc/process.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/support/usb/falcon_bench.h"
+#include "tests/support/driver/falcon_bench.h"
 
 using namespace haptic;
 using namespace haptic::test;

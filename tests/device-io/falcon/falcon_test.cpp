@@ -10,7 +10,7 @@
 #include "proto/math/units.h"
 #include "tests/support/driver/rows.h"
 #include "tests/support/near.h"
-#include "tests/support/usb/falcon_bench.h"
+#include "tests/support/driver/falcon_bench.h"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -83,7 +83,7 @@ TEST_CASE("falcon: an honest one behind a busy machine is believed, however late
 TEST_CASE("falcon: counts that wrap are followed, and those of no place are not homed",
           "[device-io]") {
   const auto mailbox = std::make_shared<MotorMailbox>();
-  ThreeMotorDevice driver(falcon_arm({}), {}, mailbox);
+  ThreeMotorDevice driver(falcon_arm({}), falcon_flags(), {}, mailbox);
   DeviceState state;
   mailbox->put({{30'000, 30'000, 30'000}, 0x70, 0, kMs, kMs});
   driver.read({kMs, kMs}, state);

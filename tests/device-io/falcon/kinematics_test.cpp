@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "device-io/falcon/falcon.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
@@ -17,15 +18,16 @@ const FalconGeometry kFalcon;
 }  // namespace
 
 TEST_CASE("falcon: a count is 0.0364 degrees", "[device-io]") {
-  CHECK(falcon_angle(kFalcon, 1000) - falcon_angle(kFalcon, 0) ==
+  const Arm arm = falcon_arm({});
+  const double zero = arm.angles({})[0], one = arm.angles({1})[0];
+  CHECK(arm.angles({1000})[0] - zero ==
         Approx(1000 * 0.0364347 * std::numbers::pi / 180).epsilon(1e-5));
-  CHECK(falcon_angle(kFalcon, 0) == Approx(35 * std::numbers::pi / 180));
+  CHECK(zero == Approx(35 * std::numbers::pi / 180));
   // on the axis, 135 mm from the motors, all counts are about zero
   FalconPose pose;
   REQUIRE(solve_falcon(kFalcon, {0, 0, 0.010}, pose));
   for (int i = 0; i < 3; ++i) {
-    CHECK(std::fabs(pose.angles[i] - falcon_angle(kFalcon, 0)) <
-          10 * (falcon_angle(kFalcon, 1) - falcon_angle(kFalcon, 0)));
+    CHECK(std::fabs(pose.angles[i] - zero) < 10 * (one - zero));
   }
 }
 

@@ -58,19 +58,6 @@ TEST_CASE("falcon packets: buttons and homed legs", "[device-io]") {
   CHECK(answers[0].flags == (kFalconButtons | kFalconLegs));
 }
 
-TEST_CASE("falcon packets: torques are clipped by one factor, never wrapped", "[device-io]") {
-  bool saturated = true;
-  CHECK(falcon_words({0.1, -0.2, 0}, saturated) == std::array<int16_t, 3>{-1000, 2000, 0});
-  CHECK_FALSE(saturated);
-  // the first would be 40,000, which 16 bits take for −25,536
-  CHECK(falcon_words({4, -2, 1}, saturated) == std::array<int16_t, 3>{-4095, 2047, -1024});
-  CHECK(saturated);
-  CHECK(falcon_words({std::nan(""), 0, 0}, saturated) == std::array<int16_t, 3>{});
-  CHECK(saturated);
-  CHECK(falcon_words({std::numeric_limits<double>::infinity(), 0, 0}, saturated) ==
-        std::array<int16_t, 3>{});
-}
-
 TEST_CASE("falcon packets: half packets, and noise before a packet", "[device-io]") {
   FalconReader reader;
   CHECK(read_all(reader, "<BAAAAAA").empty());

@@ -90,7 +90,7 @@ TEST_CASE("haply exchange: fuzz: answers that are right, damaged, cut, doubled o
   // 10⁷: HAPTIC_TORTURE_SCALE=250, with a sanitizer 5000
   const size_t n = sweep(40'000);
   const size_t fresh = fuzz_exchange<HaplyExchange>(
-      haply_arm({}), n, 0, 12'300, {0, 1, 0},
+      haply_arm({}), {}, n, 0, 12'300, {0, 1, 0},
       [](const HaplyQuestion& question, std::mt19937& random) {
         const auto count = [&] {
           return static_cast<float>(static_cast<int>(random() % 4000) - 2000);

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "tests/support/driver/rows.h"
-#include "tests/support/haply/haply_bench.h"
+#include "tests/support/driver/haply_bench.h"
 
 using namespace haptic;
 using namespace haptic::test;

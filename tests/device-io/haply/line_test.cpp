@@ -8,7 +8,7 @@
 #include "device-io/haply/haply.h"
 #include "proto/os/realtime.h"
 #include "proto/os/serial_port.h"
-#include "tests/support/haply/emulated_haply.h"
+#include "device-io/emulator/emulated_haply.h"
 #include "tests/support/pty_line.h"
 
 using namespace haptic;

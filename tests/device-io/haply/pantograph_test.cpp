@@ -53,9 +53,6 @@ TEST_CASE("pantograph: places and torques are those of hAPI", "[device-io]") {
 }
 
 TEST_CASE("pantograph: out of reach and singular are said, and nothing changes", "[device-io]") {
-  PantographAngles angles{1, 2};
-  CHECK_FALSE(solve_pantograph(kHaplyArm, {-0.01, 0.001, 0}, angles));
-  CHECK(angles == PantographAngles{1, 2});
   Vec3 p_B{1, 2, 3};
   // elbows farther apart than two distal links, or in one line with them
   CHECK_FALSE(find_pantograph_handle({0.07, 0.07, 0.02}, {std::numbers::pi, 0}, p_B));

@@ -8,7 +8,7 @@
 
 #include "proto/math/units.h"
 #include "tests/support/driver/rows.h"
-#include "tests/support/usb/hid_arm_bench.h"
+#include "tests/support/driver/hid_arm_bench.h"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -36,7 +36,7 @@ TEST_CASE("hid arm: counts go on past 16 bits", "[device-io]") {
   auto mailbox = std::make_shared<MotorMailbox>();
   DeviceConfig config;
   config.hid_arm.counts_per_turn = 200'000;  // a turn of A is 3.2 million counts
-  ThreeMotorDevice device(hid_arm(config.hid_arm), config, mailbox);
+  ThreeMotorDevice device(hid_arm(config.hid_arm), {}, config, mailbox);
   DeviceState state;
   double before = 0;
   for (int i = 0; i <= 20; ++i) {

@@ -7,10 +7,12 @@
 
 #include "device-io/hidarm/hid_arm.h"
 #include "proto/math/units.h"
+#include "tests/support/driver/bench.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
 using haptic::test::IsNear;
+using haptic::test::largest_of;
 
 namespace {
 
@@ -59,36 +61,38 @@ HidArmConfig geometry(int which) {
 TEST_CASE("hid arm: place and currents are those of the CHAI3D module", "[device-io]") {
   const HidArmConfig config = geometry(GENERATE(0, 1));
   const int32_t a = GENERATE(-1500, 0, 1700), b = GENERATE(-3000, -1000), c = GENERATE(0, 1500);
-  ThreeMotorArm arm = hid_arm(config);
-  Vec3 p_B;
-  REQUIRE(arm.place({a, b, c}, false, p_B));
+  const Arm arm = hid_arm(config);
+  const JointAngles q = arm.angles({a, b, c});
   const Vec3 t = reference_angles(config, {a, b, c});
   // the home of a config is rounded to a count: 0.13 mrad
-  CHECK_THAT(p_B, IsNear(reference_place(config, t), 6e-5));
+  CHECK_THAT(arm.pose(q).p, IsNear(reference_place(config, t), 6e-5));
   const Vec3 F_B{0.4, -0.3, 0.5};
-  std::array<int16_t, 3> motors{};
-  bool clipped = true;
-  REQUIRE(arm.drive(F_B, motors, clipped));
-  CHECK_FALSE(clipped);
+  MotorEfforts motors;
+  REQUIRE(arm.efforts(q, {}, {F_B, {}}, motors));
   const Vec3 wanted = reference_currents(config, t, F_B);
-  CHECK_THAT(Vec3(motors[0], motors[1], motors[2]), IsNear(wanted, 1.5));
+  CHECK_THAT(1000 * Vec3(motors[0], motors[1], motors[2]), IsNear(wanted, 1.5));
 }
 
 TEST_CASE("hid arm: currents beyond the limit are scaled by one factor", "[device-io]") {
-  HidArmConfig config;
-  config.max_current = 0.5;
-  ThreeMotorArm arm = hid_arm(config);
-  Vec3 p_B;
-  arm.place({300, -2500, 1200}, false, p_B);
-  std::array<int16_t, 3> small{}, large{};
-  bool clipped = false;
-  arm.drive({0.02, -0.03, 0.05}, small, clipped);
-  CHECK_FALSE(clipped);
-  arm.drive({2, -3, 5}, large, clipped);
-  CHECK(clipped);
-  const int most = std::max({std::abs(large[0]), std::abs(large[1]), std::abs(large[2])});
-  CHECK(most == 500);
-  const Vec3 wanted =
-      reference_currents(config, reference_angles(config, {300, -2500, 1200}), {2, -3, 5});
-  CHECK_THAT(normalized(Vec3(large[0], large[1], large[2])), IsNear(normalized(wanted), 3e-3));
+  DeviceConfig config;
+  config.hid_arm.max_current = 0.5;
+  const auto mailbox = std::make_shared<MotorMailbox>();
+  ThreeMotorDevice device(hid_arm(config.hid_arm), {}, config, mailbox);
+  DeviceState state;
+  mailbox->put({{300, -2500, 1200}, 0, 0, kMs, kMs});
+  REQUIRE(device.read({kMs, kMs}, state));
+  const auto told = [&](const Vec3& F_B) {
+    device.write({F_B, {}});
+    const auto motors = mailbox->command_at(kMs)->motors;
+    device.read({kMs, kMs}, state);
+    return Vec3(motors[0], motors[1], motors[2]);
+  };
+  told({0.02, -0.03, 0.05});
+  CHECK((state.flags & kDeviceSaturated) == 0);
+  const Vec3 large = told({2, -3, 3});
+  CHECK((state.flags & kDeviceSaturated) != 0);
+  CHECK(largest_of(std::array{large.x, large.y, large.z}) == 500);
+  const Vec3 wanted = reference_currents(
+      config.hid_arm, reference_angles(config.hid_arm, {300, -2500, 1200}), {2, -3, 3});
+  CHECK_THAT(normalized(large), IsNear(normalized(wanted), 3e-3));
 }

@@ -37,7 +37,9 @@ bool is_finite_at(const Arm& arm, const MotorCounts& counts) {
   const JointAngles angles = arm.angles(counts);
   const Pose X_BH = arm.pose(angles);
   double sum = 0;
-  for (const double a : arm.currents(angles, {{1, -2, 3}, {0.1, 0, -0.2}})) sum += a;
+  MotorEfforts motors;
+  arm.efforts(angles, X_BH, {{1, -2, 3}, {0.1, 0, -0.2}}, motors);
+  for (const double a : motors) sum += a;
   return is_finite(X_BH.p) && std::fabs(dot(X_BH.q, X_BH.q) - 1) < 1e-9 && std::isfinite(sum);
 }
 

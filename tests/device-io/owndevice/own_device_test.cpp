@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The driver of a device behind its vendor's SDK. tests/device-io/driver tests what all drivers
 // share.
-#include "device-io/owndevice/own_device.h"
+#include "device-io/owndevice/own_device_arm.h"
 
 #include <catch2/catch.hpp>
 
 #include "proto/math/units.h"
 #include "tests/support/driver/rows.h"
-#include "tests/support/emulated_arm.h"
+#include "tests/support/driver/emulated_arm.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
@@ -19,7 +19,8 @@ TEST_CASE("own device: the numbers of the line mean what its page says", "[devic
   const Pose X = arm.pose(arm.angles({12'345, -20'000, 7, 0, 0, 157'080}));
   CHECK_THAT(X.p, IsNear({0.012345, -0.02, 7e-6}, 1e-12));
   CHECK_THAT(rotate(X.q, {1, 0, 0}), IsNear({0, 1, 0}, 1e-5));
-  const MotorAmperes a = arm.currents({}, {{1, -2, 30}, {0.1, -0.6, 0}});
+  MotorEfforts a;
+  REQUIRE(arm.efforts({}, {}, {{1, -2, 30}, {0.1, -0.6, 0}}, a));
   const std::array<double, 6> thousandths{200, -400, 6000, 1000, -6000, 0};
   for (size_t i = 0; i < 6; ++i) CHECK(1000 * a[i] == Approx(thousandths[i]));
   CHECK(arm.model == 7);
@@ -36,7 +37,7 @@ TEST_CASE("own device: no limit of currents counts", "[device-io]") {
   CHECK(w.has(kDeviceSaturated));
   CHECK(norm(w.bench->felt_B().f) == Approx(20));
   CHECK(norm(w.bench->felt_B().t) == Approx(0.4));
-  CHECK(w.as<EmulatedArm<OwnDevice>>().caps().max_torque == 0.4);
+  CHECK(w.as<EmulatedArm>().caps().max_torque == 0.4);
 }
 
 TEST_CASE("own device: a pose that trembles is found, by place or by turn", "[device-io]") {
@@ -50,7 +51,7 @@ TEST_CASE("own device: a pose that trembles is found, by place or by turn", "[de
   CHECK_FALSE(w.has(kDoubt));
   int ticks = 0;
   for (; ticks < 100 && !w.has(kDeviceNoisy); ++ticks) {
-    w.as<EmulatedArm<OwnDevice>>().board().disturb(ticks % 2 == 0 ? off : MotorCounts{}, 1'000'000);
+    w.as<EmulatedArm>().board().disturb(ticks % 2 == 0 ? off : MotorCounts{}, 1'000'000);
     w.step();
   }
   CHECK(ticks < 100);
@@ -69,7 +70,7 @@ TEST_CASE("own device: buttons stand in the first number, and those that cannot 
     REQUIRE(write(wire.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()));
   };
   say("[7,100,200,300,0,0,0,0]\n");
-  OwnDevice device({}, FileDescriptor(ends[1]));
+  MotorDevice device(own_device_arm(), {}, FileDescriptor(ends[1]));
   DeviceState state{};
   int64_t t_ns = 1000 * kMs;
   const auto tick = [&](const std::string& answer) {

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "device-io/polhem/linkage.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
@@ -14,7 +15,7 @@ using haptic::test::IsNear;
 
 namespace {
 
-const PolhemGeometry kPolhem;
+const Arm& kPolhem = polhem_arm();
 
 }  // namespace
 
@@ -64,17 +65,18 @@ TEST_CASE("polhem: poses and currents are those of hfabapi", "[device-io]") {
                {1.118331, 1.311351, 0.000063}},
        }) {
     CAPTURE(row.counts[1], row.counts[2]);
-    const JointAngles angles = joint_angles(kPolhem, row.counts);
-    const Pose X_BH = handle_pose(kPolhem, angles);
+    const JointAngles angles = kPolhem.angles(row.counts);
+    const Pose X_BH = kPolhem.pose(angles);
     CHECK_THAT(X_BH.p, IsNear(row.p_B, 2e-9));
     CHECK_THAT(rotate(X_BH.q, {1, 0, 0}), IsNear(row.x_B, 2e-7));
     CHECK_THAT(rotate(X_BH.q, {0, 1, 0}), IsNear(row.y_B, 2e-7));
-    const MotorAmperes amperes = motor_currents(kPolhem, angles, {1, 2, -3});
+    MotorEfforts amperes;
+    REQUIRE(kPolhem.efforts(angles, X_BH, {{1, 2, -3}, {}}, amperes));
     CHECK_THAT((Vec3{amperes[0], amperes[1], amperes[2]}), IsNear(row.amperes, 2e-6));
     CHECK(amperes[3] == 0);
   }
   // at home it is folded: 222 mm before the middle of the workspace
-  const Pose home = handle_pose(kPolhem, joint_angles(kPolhem, {}));
+  const Pose home = kPolhem.pose(kPolhem.angles({}));
   CHECK_THAT(home.p, IsNear({-0.222641279, 0.030859251, 0.037052267}, 2e-9));
 }
 
@@ -82,10 +84,10 @@ TEST_CASE("polhem: a handle in line with the forearm has D = 0", "[device-io]") 
   JointAngles angles;
   for (const double straight : {0.0, std::numbers::pi}) {
     for (const double d : {0.0, 0.4, -2.0}) {
-      const Pose X_BH = handle_pose(kPolhem, {0.1, 1.0, 2.0, d, -straight, 0.7});
-      REQUIRE(solve_joint_angles(kPolhem, X_BH, angles));
+      const Pose X_BH = kPolhem.pose({0.1, 1.0, 2.0, d, -straight, 0.7});
+      REQUIRE(kPolhem.solve(X_BH, angles));
       CHECK(angles[3] == 0);
-      const Quat found = handle_pose(kPolhem, angles).q;
+      const Quat found = kPolhem.pose(angles).q;
       CHECK(norm(to_rotation_vector(found * conjugate(X_BH.q))) < 1e-7);
     }
   }
@@ -97,12 +99,14 @@ TEST_CASE("polhem: counts that no arm has give a finite pose and no current", "[
   for (int i = 0; i < 20'000; ++i) {
     MotorCounts counts;
     for (int32_t& n : counts) n = static_cast<int32_t>(random() % 2'000'001) - 1'000'000;
-    const JointAngles angles = joint_angles(kPolhem, counts);
-    const Pose X_BH = handle_pose(kPolhem, angles);
+    const JointAngles angles = kPolhem.angles(counts);
+    const Pose X_BH = kPolhem.pose(angles);
     CHECK((is_finite(X_BH.p) && std::isfinite(norm(to_rotation_vector(X_BH.q)))));
     Mat3 J;
-    if (linkage_jacobian(kPolhem.linkage, {angles[0], angles[1], angles[2]}, J)) continue;
-    CHECK(motor_currents(kPolhem, angles, {1, 1, 1}) == MotorAmperes{});
+    if (linkage_jacobian(PolhemLinkage{}, {angles[0], angles[1], angles[2]}, J)) continue;
+    MotorEfforts amperes;
+    CHECK(kPolhem.efforts(angles, X_BH, {{1, 1, 1}, {}}, amperes));
+    CHECK(amperes == MotorEfforts{});
     ++open;
   }
   CHECK(open > 1000);

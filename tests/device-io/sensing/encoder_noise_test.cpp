@@ -112,7 +112,7 @@ int turn_noisy_after(const EncoderNoise& noise, const Path& angle, std::minstd_r
 
 TEST_CASE("noise: a wrist turns faster than a tip moves, and its noise is found all the same",
           "[device-io]") {
-  const EncoderNoise wrist(haptic::six_motors_arm().most_acceleration);
+  const EncoderNoise wrist(haptic::six_motors_arm().most_accelerations());
   std::minstd_rand random;
   // to and fro between samples that may be 2 ms apart takes A = 2 n / (2 ms)²: 30 counts take
   // 2880 rad/s², 36 take 3450; a tip is thought to reach 580

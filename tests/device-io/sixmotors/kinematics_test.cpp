@@ -16,7 +16,7 @@ using haptic::test::tol;
 
 namespace {
 
-const SixMotorsGeometry kDevice;
+const Arm& kDevice = six_motors_arm();
 
 /// How far two orientations are apart [rad].
 double angle_between(const Quat& a, const Quat& b) {
@@ -24,7 +24,7 @@ double angle_between(const Quat& a, const Quat& b) {
 }
 
 Pose pose_of(const MotorCounts& counts) {
-  return handle_pose(kDevice, joint_angles(kDevice, counts));
+  return kDevice.pose(kDevice.angles(counts));
 }
 
 /// What a turned handle does to its three axes, checked vector by vector.
@@ -65,39 +65,40 @@ TEST_CASE("six motors: each motor turns the handle about its axis, by its sign",
 TEST_CASE("six motors: what the arm's motors take of a torque is no force", "[device-io]") {
   // a torque about z turns the foot as well, one about the elbow's axis the forearm
   JointAngles q;
-  REQUIRE(solve_joint_angles(kDevice, {{0.02, 0.03, -0.01}, {}}, q));
-  const MotorAmperes amperes = motor_currents(kDevice, q, {{}, {0, 0.2, 0.1}});
+  REQUIRE(kDevice.solve({{0.02, 0.03, -0.01}, {}}, q));
+  MotorEfforts amperes;
+  REQUIRE(kDevice.efforts(q, {}, {{}, {0, 0.2, 0.1}}, amperes));
   CHECK(std::fabs(amperes[0]) > 0.1);
   CHECK(amperes[1] == 0);
   CHECK(std::fabs(amperes[2]) > 0.1);
-  CHECK(norm(handle_wrench(kDevice, q, amperes).f) <= tol(1e-12));
+  CHECK(norm(kDevice.wrench(q, amperes).f) <= tol(1e-12));
 }
 
 TEST_CASE("six motors: stops, reach and singular poses", "[device-io]") {
   JointAngles q{1, 2, 3, 4, 5, 6};
-  CHECK_FALSE(solve_joint_angles(kDevice, {{}, from_rotation_vector({1.45, 0, 0})}, q));
+  CHECK_FALSE(kDevice.solve({{}, from_rotation_vector({1.45, 0, 0})}, q));
   CHECK(q == JointAngles{1, 2, 3, 4, 5, 6});
   // any other axis turns farther
-  CHECK(solve_joint_angles(kDevice, {{}, from_rotation_vector({0, 2, 0})}, q));
-  CHECK(solve_joint_angles(kDevice, {{}, from_rotation_vector({0, 0, 2})}, q));
+  CHECK(kDevice.solve({{}, from_rotation_vector({0, 2, 0})}, q));
+  CHECK(kDevice.solve({{}, from_rotation_vector({0, 0, 2})}, q));
   // pitch and yaw about the same axis
   q[4] = std::numbers::pi / 2;
-  CHECK(handle_wrench(kDevice, q, {1, 1, 1, 1, 1, 1}) == Wrench{});
+  CHECK(kDevice.wrench(q, {1, 1, 1, 1, 1, 1}) == Wrench{});
   // the whole workspace is far from that: the tilt of the handle alone makes it
   std::minstd_rand random{1};
   std::uniform_real_distribution<double> one(-0.577, 0.577);
   const auto draw = [&] { return Vec3{one(random), one(random), one(random)}; };
   for (int n = 0; n < 1000; ++n) {
     const Pose X_BH{0.19 * draw(), from_rotation_vector(1.047 * draw())};
-    REQUIRE(solve_joint_angles(kDevice, X_BH, q));
+    REQUIRE(kDevice.solve(X_BH, q));
     REQUIRE(std::fabs(q[4]) <= tol(1.1));
   }
 }
 
 TEST_CASE("six motors: the planted jump is a turn of one radian", "[device-io]") {
   JointAngles q;
-  REQUIRE(solve_joint_angles(kDevice, {{}, from_rotation_vector({0.2, -0.3, 0.1})}, q));
-  const MotorCounts here = motor_counts(kDevice, q);
+  REQUIRE(kDevice.solve({{}, from_rotation_vector({0.2, -0.3, 0.1})}, q));
+  const MotorCounts here = kDevice.counts(q);
   MotorCounts jumped = here;
   for (size_t i = 0; i < 6; ++i) jumped[i] += kTurnJumpCounts[i];
   CHECK(pose_of(jumped).p == pose_of(here).p);

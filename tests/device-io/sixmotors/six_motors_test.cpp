@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The driver of a device of six motors: its wrist and its torque. tests/device-io/driver tests what
 // all drivers share.
-#include "device-io/sixmotors/six_motors.h"
+#include "device-io/sixmotors/kinematics.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -10,7 +10,7 @@
 #include "device-io/emulator/fault_order.h"
 #include "device-io/hand/impedance.h"
 #include "tests/support/driver/rows.h"
-#include "tests/support/emulated_arm.h"
+#include "tests/support/driver/emulated_arm.h"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -29,7 +29,7 @@ Wall held(const SimulatedHandConfig& hand = holding(driver_row("six motors"))) {
 TEST_CASE("six motors driver: a jump of the wrist is a jump of the pose, once or for ever",
           "[device-io]") {
   Wall w = held();
-  auto& board = w.as<EmulatedArm<SixMotors>>().board();
+  auto& board = w.as<EmulatedArm>().board();
   w.run(100);
   const Quat before = w.state.X_BH.q;
   const auto turned = [&] { return norm(to_rotation_vector(w.state.X_BH.q * conjugate(before))); };

@@ -10,7 +10,7 @@
 #include "proto/config/config.h"
 #include "tests/support/data.h"
 #include "tests/support/guarded.h"
-#include "tests/support/usb/emulated_spacemouse.h"
+#include "device-io/emulator/emulated_spacemouse.h"
 
 using namespace haptic;
 using namespace haptic::test;

@@ -6,10 +6,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "device-io/emulator/emulated_spacemouse.h"
 #include "proto/math/units.h"
 #include "servo/safety/safety.h"
 #include "tests/support/near.h"
-#include "tests/support/usb/emulated_spacemouse.h"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -142,12 +142,12 @@ TEST_CASE("spacemouse: lying device: one that falls silent while deflected comes
   Bench bench(pushed({350, 0, 0, 0, 0, 0}, 10));
   bench.run(500);
   const Vec3 before_B = bench.state.X_BH.p;
-  bench.emulated.lie(Lie::kSilent);
+  bench.emulated.lie(EmulatorFault::kSilent);
   bench.run(2000);
   CHECK(bench.state.V_BH == Twist{});
   // within 0.2 s, so within 42 mm
   CHECK(norm(bench.state.X_BH.p - before_B) < 0.042);
-  bench.emulated.lie(Lie::kHealthy);
+  bench.emulated.lie(EmulatorFault::kHealthy);
   bench.run(20);
   CHECK(norm(bench.state.V_BH.v) == Approx(kMetresPerSecond));
 }
@@ -156,8 +156,10 @@ TEST_CASE(
     "spacemouse: lying device: whatever it says, the handle is finite, no faster than its "
     "speed, and in its workspace",
     "[device-io]") {
-  const auto fault = GENERATE(Lie::kFrozen, Lie::kDelayed, Lie::kNoise, Lie::kFlipped, Lie::kHalves,
-                              Lie::kLoses, Lie::kOverdone);
+  const auto fault =
+      GENERATE(EmulatorFault::kFrozen, EmulatorFault::kDelayed, EmulatorFault::kNoise,
+               EmulatorFault::kFlipped, EmulatorFault::kHalves, EmulatorFault::kLoses,
+               EmulatorFault::kOverdone);
   DeviceConfig config;
   config.workspace_radius = 0.1;
   EmulatedSpaceMouseOptions options;
@@ -175,7 +177,7 @@ TEST_CASE(
     REQUIRE(norm(bench.state.X_BH.p) <= 0.1 + 1e-12);
     REQUIRE(norm(bench.state.V_BH.v) <= std::sqrt(3.0) * kMetresPerSecond + 1e-9);
   }
-  CHECK((bench.driver.rejected() > 0) == (fault == Lie::kHalves));
+  CHECK((bench.driver.rejected() > 0) == (fault == EmulatorFault::kHalves));
 }
 
 TEST_CASE("spacemouse: a stalled servo does not make the handle jump", "[device-io]") {

@@ -9,12 +9,12 @@
 
 #include "clients/desk/trial/byte_record.h"
 #include "device-io/device.h"
+#include "device-io/emulator/emulated_hid_arm.h"
+#include "device-io/emulator/emulated_spacemouse.h"
 #include "device-io/plugged/find_node.h"
 #include "device-io/plugged/send_release.h"
 #include "device-io/spacemouse/spacemouse.h"
 #include "proto/os/realtime.h"
-#include "tests/support/usb/emulated_hid_arm.h"
-#include "tests/support/usb/emulated_spacemouse.h"
 #include "tests/support/usb/packet_replay.h"
 #include "tests/support/usb/umock_hidraw.h"
 
@@ -90,15 +90,16 @@ TEST_CASE("umock: a HID arm's half reports, lost ones and old ones end in sense 
     return (state.flags & (kBad | kDeviceFresh)) == kDeviceFresh;
   };
   REQUIRE(run_until(*device, state, {}, is_good));
-  const auto fault = GENERATE(Lie::kHalves, Lie::kLoses, Lie::kOldFirst);
+  const auto fault =
+      GENERATE(EmulatorFault::kHalves, EmulatorFault::kLoses, EmulatorFault::kOldFirst);
   node.with_device([&] { arm.lie(fault); });
   // half of the reports are none; a lost one is a step of the counter; an old one is a lie
-  const uint32_t found = fault == Lie::kHalves     ? kDeviceLost
-                         : fault == Lie::kOldFirst ? kDeviceStale
-                                                   : kDeviceFresh;
+  const uint32_t found = fault == EmulatorFault::kHalves     ? kDeviceLost
+                         : fault == EmulatorFault::kOldFirst ? kDeviceStale
+                                                             : kDeviceFresh;
   CHECK(run_until(*device, state, {{0, 0, 1}, {}}, [&] { return (state.flags & found) != 0; }));
   CHECK(is_finite(state.X_BH.p));
-  node.with_device([&] { arm.lie(Lie::kHealthy); });
+  node.with_device([&] { arm.lie(EmulatorFault::kHealthy); });
   CHECK(run_until(*device, state, {}, is_good));
 }
 

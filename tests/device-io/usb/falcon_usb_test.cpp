@@ -18,13 +18,13 @@
 
 #include "clients/desk/trial/byte_record.h"
 #include "device-io/device.h"
+#include "device-io/emulator/emulated_falcon.h"
 #include "device-io/plugged/find_node.h"
 #include "device-io/plugged/send_release.h"
 #include "proto/ipc/process.h"
 #include "proto/math/units.h"
 #include "proto/os/realtime.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/support/usb/emulated_falcon.h"
 #include "tests/support/usb/packet_replay.h"
 #include "tests/support/usb/umock_usb.h"
 
@@ -104,7 +104,7 @@ struct Desk : Host {
     return falcon.motors();
   }
   bool pushes() { return motors() != std::array<int, 3>{}; }
-  void lie(Lie how) {
+  void lie(EmulatorFault how) {
     const std::lock_guard guard(usb.lock());
     falcon.lie(how);
   }
@@ -208,12 +208,13 @@ TEST_CASE("falcon over usbfs: half packets, lost bytes and a stale queue end in 
   if (!is_below_umockdev()) return;
   Desk desk(pressing());
   desk.push();
-  const auto fault = GENERATE(Lie::kHalves, Lie::kLoses, Lie::kOldFirst);
+  const auto fault =
+      GENERATE(EmulatorFault::kHalves, EmulatorFault::kLoses, EmulatorFault::kOldFirst);
   desk.lie(fault);
   const int stale = desk.tick_until(300, [&] { return desk.has(kDeviceStale, kDeviceStale); });
-  if (fault == Lie::kOldFirst) CHECK(stale > 0);
+  if (fault == EmulatorFault::kOldFirst) CHECK(stale > 0);
   CHECK(std::isfinite(desk.state.X_BH.p.z));
-  desk.lie(Lie::kHealthy);
+  desk.lie(EmulatorFault::kHealthy);
   CHECK(desk.is_ready(kDeviceLost | kDeviceStale));
 }
 

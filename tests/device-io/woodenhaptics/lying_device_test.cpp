@@ -4,7 +4,7 @@
 
 #include "proto/math/units.h"
 #include "tests/support/driver/rows.h"
-#include "tests/support/emulated_woodenhaptics.h"
+#include "tests/support/driver/emulated_arm.h"
 #include "tests/support/torture_scale.h"
 
 using namespace haptic;
@@ -17,7 +17,7 @@ TEST_CASE("lying device: a clamped handle at full force is no fault", "[device-i
   clamped.hand_stiffness = 1e6;
   clamped.intent.tremor_amplitude = 0;
   Wall w(row, clamped);
-  EmulatedDevice& board = w.as<EmulatedWoodenHaptics>().board();
+  EmulatedDevice& board = w.as<EmulatedArm>().board();
   w.run(1000);
   REQUIRE(w.bench->effort() > 800);
   const MotorCounts held = board.record().counts;

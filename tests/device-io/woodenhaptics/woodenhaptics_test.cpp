@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The driver on a real node (a pseudo-terminal), with the test acting as the device.
-#include "device-io/woodenhaptics/woodenhaptics.h"
+#include "device-io/woodenhaptics/kinematics.h"
 
 #include <algorithm>
 #include <atomic>
@@ -16,15 +16,16 @@
 #include "proto/os/serial_port.h"
 #include "tests/support/near.h"
 #include "tests/support/pty_line.h"
+#include "tests/support/tip.h"
 
 using namespace haptic;
 using haptic::test::IsNear;
 using haptic::test::PtyLine;
+using haptic::test::tip_at;
 
 namespace {
 
 constexpr int64_t kStart = 1'000'000 * kMs;  // of the ticks
-const WoodenHapticsGeometry kWooden;
 
 DeviceConfig config_for(const PtyLine& line) {
   DeviceConfig config;
@@ -89,10 +90,13 @@ struct Bench {
   bool has(uint32_t flag) const { return (state.flags & flag) != 0; }
 };
 
-std::string line_for(const Vec3& amperes) {
+std::string line_for(const MotorCounts& counts, const Vec3& force_B) {
+  const Arm& arm = woodenhaptics_arm();
+  MotorEfforts amperes;
+  REQUIRE(arm.efforts(arm.angles(counts), {}, {force_B, {}}, amperes));
   Milliamperes whole;
-  for (int i = 0; i < 3; ++i) {
-    whole[static_cast<size_t>(i)] = static_cast<int32_t>(std::lround(1000 * amperes[i]));
+  for (size_t i = 0; i < whole.size(); ++i) {
+    whole[i] = static_cast<int32_t>(std::lround(1000 * amperes[i]));
   }
   return std::string(encode_currents(whole).view());
 }
@@ -108,7 +112,7 @@ TEST_CASE("woodenhaptics driver: encoder counts become a pose of the tick that a
   CHECK(b.has(kDeviceFresh));
   CHECK_FALSE(b.has(kDeviceHeld | kDeviceLost));
   CHECK(b.state.t_ns == asked_ns);
-  CHECK(b.state.X_BH.p == tip_position(kWooden, joint_angles(kWooden, {500, -1000, 2000})));
+  CHECK(b.state.X_BH.p == tip_at({500, -1000, 2000}));
   CHECK(b.state.X_BH.q == Quat{});
   // no answer: the same state, held
   const DeviceState before = b.state;
@@ -126,7 +130,7 @@ TEST_CASE("woodenhaptics driver: a force becomes the currents of the pose it was
   b.line.hear();
   const Vec3 force_B{0.5, -1, 2};
   b.tick(force_B, counts);
-  CHECK(b.line.hear() == line_for(motor_currents(kWooden, joint_angles(kWooden, counts), force_B)));
+  CHECK(b.line.hear() == line_for(counts, force_B));
   CHECK_FALSE(b.has(kDeviceSaturated));
 }
 
@@ -179,7 +183,7 @@ TEST_CASE("woodenhaptics driver: noise, torn lines and another model are no samp
   b.device->write({});
   // a torn answer does not spoil the next one
   CHECK(b.tick({}, {1, 2, 3}));
-  CHECK(b.state.X_BH.p == tip_position(kWooden, joint_angles(kWooden, {1, 2, 3})));
+  CHECK(b.state.X_BH.p == tip_at({1, 2, 3}));
 }
 
 TEST_CASE("woodenhaptics driver: a flood of bytes costs one read a bounded amount", "[device-io]") {
@@ -299,8 +303,7 @@ TEST_CASE("woodenhaptics driver: the velocity follows a ramp", "[device-io]") {
     b.device->write({});
   }
   // 5 counts of the forearm per millisecond, at the pose half a tick earlier
-  const Vec3 per_count_B = tip_position(kWooden, joint_angles(kWooden, {0, 0, 1000})) -
-                           tip_position(kWooden, joint_angles(kWooden, {0, 0, 999}));
+  const Vec3 per_count_B = tip_at({0, 0, 1000}) - tip_at({0, 0, 999});
   CHECK_THAT(b.state.V_BH.v, IsNear(5 / 1e-3 * per_count_B, 2e-3));
 }
 

@@ -26,7 +26,6 @@ constexpr double kMetre = 1e-5;                   // a count of the encoder [m]
 constexpr double kNewton = 1e-3;                  // a unit of the force [N]
 constexpr double kMaxForce = 10;                  // of the motor [N]
 constexpr int64_t kAskAgainNs = 5'000'000;        // an answer takes less than a millisecond
-constexpr int64_t kSilenceNs = 20'000'000;        // decision 4
 constexpr int kGreetingMs = 2000;                 // a board that restarts when its port is opened
 
 using Packet = std::array<uint8_t, 4>;
@@ -57,7 +56,7 @@ class Slider final : public Device {
     now_ns_ = tick.now_ns;
     const std::optional<int16_t> counts = hear();
     if (counts) move_to(*counts);
-    const bool silent = now_ns_ - last_.t_ns > kSilenceNs;
+    const bool silent = now_ns_ - last_.t_ns > kDeviceSilenceNs;
     last_.flags = kDeviceHomed | (counts ? kDeviceFresh : kDeviceHeld) |
                   (silent ? uint32_t{kDeviceLost} : 0) |
                   (silent && strange_ ? uint32_t{kDeviceStale} : 0) |

@@ -7,10 +7,12 @@
 #include <string_view>
 
 #include "device-io/device.h"
+#include "device-io/emulator/fault_order.h"
 #include "device-io/hand/plant.h"
-#include "tests/support/driver/lie.h"
 
 namespace haptic::test {
+
+using Lie = EmulatorFault;
 
 /// A driver and the emulated device before it, on virtual time: a read first lets time pass for
 /// the device and its line.

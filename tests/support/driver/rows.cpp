@@ -6,14 +6,14 @@
 #include <string>
 
 #include "device-io/hand/impedance.h"
-#include "device-io/owndevice/own_device.h"
-#include "device-io/polhem/polhem.h"
-#include "device-io/sixmotors/six_motors.h"
-#include "device-io/woodenhaptics/woodenhaptics.h"
-#include "tests/support/emulated_arm.h"
-#include "tests/support/haply/haply_bench.h"
-#include "tests/support/usb/falcon_bench.h"
-#include "tests/support/usb/hid_arm_bench.h"
+#include "device-io/owndevice/own_device_arm.h"
+#include "device-io/polhem/kinematics.h"
+#include "device-io/sixmotors/kinematics.h"
+#include "device-io/woodenhaptics/kinematics.h"
+#include "tests/support/driver/emulated_arm.h"
+#include "tests/support/driver/haply_bench.h"
+#include "tests/support/driver/falcon_bench.h"
+#include "tests/support/driver/hid_arm_bench.h"
 
 namespace haptic::test {
 namespace {
@@ -121,7 +121,7 @@ const DriverRow kHaply{.name = "haply",
                        .losses = {Lie::kLoses}};
 
 const DriverRow kPolhem{.name = "polhem",
-                        .open = open_line<Polhem, &polhem_arm>,
+                        .open = open_line<&polhem_arm>,
                         .body = {0.3, 0.3, 0.2},
                         .wall = {.stiffness = 400, .too_stiff = 8000, .swing = 0.06},
                         .limits = {.force = 5, .effort = 3000, .working = 200},
@@ -134,7 +134,7 @@ const DriverRow kPolhem{.name = "polhem",
                         .wrong_encoders = {1, 2}};
 
 const DriverRow kWoodenHaptics{.name = "woodenhaptics",
-                               .open = open_line<WoodenHaptics, &woodenhaptics_arm>,
+                               .open = open_line<&woodenhaptics_arm>,
                                .body = {0.15, 0.3, 0.2},
                                .wall = {.stiffness = 500},
                                .limits = {.force = 5, .effort = 3000, .working = 300},
@@ -147,7 +147,7 @@ const DriverRow kWoodenHaptics{.name = "woodenhaptics",
 // the description alone: 0.2 m of lever for the arm, the wrist's ratios
 const DriverRow kSixMotors{
     .name = "six motors",
-    .open = open_line<SixMotors, &six_motors_arm>,
+    .open = open_line<&six_motors_arm>,
     .body = {0.15, 0.3, 0.2},
     .wall = {.stiffness = 500},
     .limits = {.force = 5, .torque = 0.3, .effort = 3000, .working = 300},
@@ -161,7 +161,7 @@ const DriverRow kSixMotors{
 // its counts are micrometres: one that jumps by 60 of them is no noise
 const DriverRow kOwnDevice{
     .name = "own device",
-    .open = open_line<OwnDevice, &own_device_arm>,
+    .open = open_line<&own_device_arm>,
     .body = {0.15, 0.3, 0.2},
     .wall = {.stiffness = 500},
     .limits = {.force = 30, .torque = 0.6, .effort = 6000, .working = 300},

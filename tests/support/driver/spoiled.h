@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "device-io/threemotors/three_motor_device.h"
+#include "device-io/motors/three_motor_device.h"
 #include "proto/math/units.h"
 
 namespace haptic::test {
@@ -33,11 +33,11 @@ inline void spoil(std::vector<uint8_t>& answer, std::vector<uint8_t>& before, un
 /// `answer_of(question, random)`, of which `head` bytes are not said again. Whatever they hear, the
 /// state is finite and no motor is told more than `most`. Returns the samples that were fresh.
 template <typename Exchange, typename AnswerOf>
-size_t fuzz_exchange(const ThreeMotorArm& arm, size_t n, size_t head, int most, const Vec3& push_B,
-                     AnswerOf answer_of) {
+size_t fuzz_exchange(const Arm& arm, const MotorFlags& flags, size_t n, size_t head, int most,
+                     const Vec3& push_B, AnswerOf answer_of) {
   const auto mailbox = std::make_shared<MotorMailbox>();
   Exchange exchange(*mailbox);
-  ThreeMotorDevice device(arm, {}, mailbox);
+  ThreeMotorDevice device(arm, flags, {}, mailbox);
   std::mt19937 random(24);
   DeviceState state{};
   auto question = exchange.ask(kMs);

@@ -10,7 +10,7 @@
 #include "device-io/falcon/falcon.h"
 #include "device-io/hidarm/hid_arm.h"
 #include "device-io/hidarm/hid_exchange.h"
-#include "device-io/threemotors/three_motor_device.h"
+#include "device-io/motors/three_motor_device.h"
 
 namespace haptic::test {
 
@@ -26,10 +26,10 @@ struct ReplayedPackets {
 /// A device of packets or reports that `hapt devices try -o FILE` has recorded, played to its
 /// exchange and driver on the recording's own time, from kReplayNs on.
 template <typename Exchange, typename AskAgain>
-ReplayedPackets replay_packets(const std::vector<DeviceBytes>& pieces, ThreeMotorArm arm,
-                               Exchange& exchange, const std::shared_ptr<MotorMailbox>& mailbox,
-                               AskAgain ask_again) {
-  ThreeMotorDevice driver(std::move(arm), {}, mailbox);
+ReplayedPackets replay_packets(const std::vector<DeviceBytes>& pieces, const Arm& arm,
+                               const MotorFlags& flags, Exchange& exchange,
+                               const std::shared_ptr<MotorMailbox>& mailbox, AskAgain ask_again) {
+  ThreeMotorDevice driver(arm, flags, {}, mailbox);
   ReplayedPackets out;
   for (size_t i = 0; i < pieces.size(); ++i) {
     const DeviceBytes& piece = pieces[i];
@@ -56,7 +56,7 @@ ReplayedPackets replay_packets(const std::vector<DeviceBytes>& pieces, ThreeMoto
 inline ReplayedPackets replay_falcon(const std::vector<DeviceBytes>& pieces) {
   const auto mailbox = std::make_shared<MotorMailbox>();
   FalconExchange exchange(*mailbox);
-  return replay_packets(pieces, falcon_arm({}), exchange, mailbox,
+  return replay_packets(pieces, falcon_arm({}), falcon_flags(), exchange, mailbox,
                         [&](const std::vector<uint8_t>& said, int64_t t_ns) {
                           const FalconBytes asked = exchange.ask(t_ns);
                           return said.size() == asked.size() &&
@@ -69,7 +69,7 @@ inline ReplayedPackets replay_hid_arm(const std::vector<DeviceBytes>& pieces,
                                       const HidArmConfig& config = {}) {
   const auto mailbox = std::make_shared<MotorMailbox>();
   HidExchange exchange(*mailbox);
-  return replay_packets(pieces, hid_arm(config), exchange, mailbox,
+  return replay_packets(pieces, hid_arm(config), {}, exchange, mailbox,
                         [](const std::vector<uint8_t>& said, int64_t) {
                           return said.size() == HidArmCommand{}.size();
                         });

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <string>
 
-#include "tests/support/usb/emulated_usb.h"
+#include "device-io/emulator/emulated_usb.h"
 
 namespace haptic::test {
 

@@ -5,7 +5,8 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "device-io/woodenhaptics/woodenhaptics.h"
+#include "device-io/woodenhaptics/kinematics.h"
+#include "device-io/woodenhaptics/motor_device.h"
 #include "tests/support/data.h"
 #include "tests/support/usb/device_replay.h"
 
@@ -21,7 +22,7 @@ std::vector<DeviceBytes> recorded() {
 
 /// What the driver made of a recording, tick by tick.
 std::vector<DeviceState> played(test::DeviceReplay& replay) {
-  WoodenHaptics driver({}, replay.driver_end());
+  MotorDevice driver(woodenhaptics_arm(), {}, replay.driver_end());
   std::vector<DeviceState> states;
   for (int64_t t_ns = kTickNs; t_ns < 300 * kTickNs && !replay.is_over(); t_ns += kTickNs) {
     replay.pass();

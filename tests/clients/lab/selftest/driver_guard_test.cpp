@@ -20,20 +20,20 @@
 #include "contact/bake/session.h"
 #include "device-io/hand/impedance.h"
 #include "device-io/haply/haply.h"
-#include "device-io/owndevice/own_device.h"
-#include "device-io/polhem/polhem.h"
-#include "device-io/sixmotors/six_motors.h"
-#include "device-io/woodenhaptics/woodenhaptics.h"
+#include "device-io/owndevice/own_device_arm.h"
+#include "device-io/polhem/kinematics.h"
+#include "device-io/sixmotors/kinematics.h"
+#include "device-io/woodenhaptics/kinematics.h"
 #include "proto/config/devices.h"
 #include "proto/math/units.h"
 #include "tests/clients/lab/selftest/played_device.h"
 #include "tests/support/data.h"
-#include "tests/support/emulated_arm.h"
-#include "tests/support/haply/emulated_haply.h"
+#include "tests/support/driver/emulated_arm.h"
+#include "device-io/emulator/emulated_haply.h"
 #include "tests/support/torture_scale.h"
-#include "tests/support/usb/emulated_spacemouse.h"
-#include "tests/support/usb/falcon_bench.h"
-#include "tests/support/usb/hid_arm_bench.h"
+#include "device-io/emulator/emulated_spacemouse.h"
+#include "tests/support/driver/falcon_bench.h"
+#include "tests/support/driver/hid_arm_bench.h"
 
 namespace haptic {
 namespace {
@@ -76,9 +76,9 @@ GuardedDevice played(std::unique_ptr<DriverBench> bench) {
           device->node()};
 }
 
-template <typename Driver, const Arm& (*arm)()>
+template <const Arm& (*arm)()>
 GuardedDevice line_device(const DeviceConfig& config) {
-  return played(open_line<Driver, arm>(pressing({}, {0, 0, 1}), config));
+  return played(open_line<arm>(pressing({}, {0, 0, 1}), config));
 }
 
 GuardedDevice falcon_device(const DeviceConfig& config) {
@@ -147,11 +147,10 @@ struct Driver {
 
 const std::vector<Driver>& drivers() {
   static const std::vector<Driver> kAll{
-      {DeviceKind::kWoodenHaptics, "woodenhaptics.toml",
-       line_device<WoodenHaptics, &woodenhaptics_arm>},
-      {DeviceKind::kSixMotors, "own-device.toml", line_device<SixMotors, &six_motors_arm>},
-      {DeviceKind::kOwnDevice, "own-device.toml", line_device<OwnDevice, &own_device_arm>},
-      {DeviceKind::kPolhem, "polhem.toml", line_device<Polhem, &polhem_arm>},
+      {DeviceKind::kWoodenHaptics, "woodenhaptics.toml", line_device<&woodenhaptics_arm>},
+      {DeviceKind::kSixMotors, "own-device.toml", line_device<&six_motors_arm>},
+      {DeviceKind::kOwnDevice, "own-device.toml", line_device<&own_device_arm>},
+      {DeviceKind::kPolhem, "polhem.toml", line_device<&polhem_arm>},
       {DeviceKind::kFalcon, "falcon.toml", falcon_device},
       {DeviceKind::kHidArm, "woodenhaptics-hid.toml", hid_arm_device},
       {DeviceKind::kSpaceMouse, "spacemouse.toml", spacemouse_device},

@@ -5,7 +5,7 @@
 #include "contact/bake/session.h"
 #include "device-io/hand/impedance.h"
 #include "tests/support/data.h"
-#include "tests/support/emulated_woodenhaptics.h"
+#include "tests/support/driver/emulated_arm.h"
 #include "tests/support/near.h"
 #include "tests/support/torture_scale.h"
 
@@ -34,7 +34,7 @@ TEST_CASE("emulated hands: five of them touch a block, and none is taken for a f
   config.safety.armed_at_start = 1;
   BakedSession baked = bake_session(config);
   const ContactShapes shapes = baked.shapes();
-  test::EmulatedWoodenHaptics device(arm_in(hand));
+  test::EmulatedArm device(arm_in(hand));
   Lockstep lockstep(config, shapes, device);
   // an hour each is 3,600,000 ticks: HAPTIC_TORTURE_SCALE=1200
   const auto ticks = static_cast<uint64_t>(test::sweep(3000));

@@ -9,7 +9,7 @@
 #include "contact/bake/session.h"
 #include "tests/clients/lab/support/hand_energy.h"
 #include "tests/support/data.h"
-#include "tests/support/usb/falcon_bench.h"
+#include "tests/support/driver/falcon_bench.h"
 
 namespace haptic {
 namespace {
@@ -120,11 +120,11 @@ TEST_CASE("falcon: away for a second, it comes back without a step of force", "[
   };
   const double first = run(1500);
   REQUIRE(norm(device.emulated().force_B()) > 1);
-  device.emulated().lie(FalconFault::kSilent);
+  device.emulated().lie(Lie::kSilent);
   run(1000);
   CHECK(norm(device.emulated().force_B()) == 0);
   CHECK((lockstep.frame().flags & kServoNoDevice) != 0);
-  device.emulated().lie(FalconFault::kHealthy);
+  device.emulated().lie(Lie::kHealthy);
   const double step = run(2000);
   CAPTURE(step, first);
   // not one of 4 N, which is what the spring of this depth would push with; as gentle as the first

@@ -5,11 +5,11 @@
 
 #include "clients/lab/support/lockstep.h"
 #include "contact/bake/session.h"
-#include "device-io/sixmotors/six_motors.h"
+#include "device-io/sixmotors/kinematics.h"
 #include "proto/math/units.h"
 #include "tests/clients/lab/support/hand_energy.h"
 #include "tests/support/data.h"
-#include "tests/support/emulated_arm.h"
+#include "tests/support/driver/emulated_arm.h"
 #include "tests/support/tolerance.h"
 
 namespace haptic {
@@ -58,7 +58,7 @@ EmulatedDeviceOptions device_in(const HandImpedance& hand, const SixScene& scene
 /// How far the wrench of a record's currents, at the pose that the server knew, is from what was
 /// commanded.
 Wrench missed(const EmulatorRecord& record, const Wrench& commanded_B) {
-  MotorAmperes amperes;
+  MotorEfforts amperes;
   for (size_t i = 0; i < amperes.size(); ++i) amperes[i] = 1e-3 * record.currents[i];
   const Arm& arm = six_motors_arm();
   return arm.wrench(arm.angles(record.answered), amperes) + -commanded_B;
@@ -72,7 +72,7 @@ struct SixRun : Run {
 
 SixRun play_six(const SessionConfig& config, const ContactShapes& shapes,
                 const EmulatedDeviceOptions& options, size_t ticks) {
-  EmulatedArm<SixMotors> device(options, config.device);
+  EmulatedArm device(options, config.device);
   Lockstep lockstep(config, shapes, device);
   SixRun run;
   Wrench commanded_B;

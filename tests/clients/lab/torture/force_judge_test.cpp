@@ -11,6 +11,7 @@
 #include "device-io/sixmotors/kinematics.h"
 #include "proto/math/units.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/tip.h"
 
 namespace haptic {
 namespace {
@@ -21,25 +22,26 @@ constexpr int64_t kFirstNs = 5'000 * kMs;
 constexpr double kDepth = 5e-3;         // where the hand presses [m]
 constexpr double kWall = 500 * kDepth;  // [N]
 const ForceRules kRules;
-const WoodenHapticsGeometry kArm;
+const Arm& kArm = woodenhaptics_arm();
 
 /// Encoder counts at a depth below the wall and a distance to the side.
 MotorCounts counts_at(double depth, double aside = 0) {
-  Vec3 angles;
-  REQUIRE(solve_joint_angles(kArm, {aside, 0, -depth}, angles));
-  return motor_counts(kArm, angles);
+  JointAngles angles{};
+  REQUIRE(kArm.solve({{aside, 0, -depth}, {}}, angles));
+  return kArm.counts(angles);
 }
 
 /// The spring force required by the rules, from the encoder counts.
 double spring_at(double depth) {
-  const Vec3 tip_B = tip_position(kArm, joint_angles(kArm, counts_at(depth)));
+  const Vec3 tip_B = test::tip_at(counts_at(depth));
   return kRules.stiffness * -tip_B.z;
 }
 
 /// [mA]
 Milliamperes currents_for(const MotorCounts& counts, const Wrench& F_B,
                           const Arm& arm = woodenhaptics_arm()) {
-  const MotorAmperes amperes = arm.currents(arm.angles(counts), F_B);
+  MotorEfforts amperes;
+  REQUIRE(arm.efforts(arm.angles(counts), {}, F_B, amperes));
   Milliamperes out{};
   for (size_t k = 0; k < amperes.size(); ++k) {
     out[k] = static_cast<int32_t>(std::lround(1e3 * amperes[k]));
@@ -181,9 +183,9 @@ TEST_CASE("judge: the currents of a pose that a lying device has said are judged
   const MotorCounts truth = counts_at(kDepth, -30e-3);
   double most = 0;
   for (EmulatorRecord& r : records) {
-    const Vec3 amperes{1e-3 * r.currents[0], 1e-3 * r.currents[1], 1e-3 * r.currents[2]};
+    const MotorEfforts amperes{1e-3 * r.currents[0], 1e-3 * r.currents[1], 1e-3 * r.currents[2]};
     r.counts = truth;
-    r.force_B = tip_force(kArm, joint_angles(kArm, truth), amperes);
+    r.force_B = kArm.wrench(kArm.angles(truth), amperes).f;
     most = std::max(most, norm(r.force_B));
   }
   REQUIRE(most > 1.01 * spring_at(kDepth));

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "device-io/sensing/motor_counts.h"
+#include "proto/math/pose.h"
+
+namespace haptic {
+
+using MotorNumbers = std::array<int32_t, kMostMotors>;  // what a device tells its motors
+using Milliamperes = MotorNumbers;                      // the same, of one that takes currents
+using JointAngles = std::array<double, kMostMotors>;    // [rad]
+/// What a motor exerts: its current [A], or its torque [N·m] where the device takes torques.
+using MotorEfforts = std::array<double, kMostMotors>;
+/// Column i: velocity and angular velocity of the handle in B, per velocity of joint i.
+using HandleJacobian = std::array<Twist, kMostMotors>;
+
+/// A joint with its encoder, and its motor if it has one.
+struct Axis {
+  double angle;                  // of the joint, by a count of the encoder [rad]
+  int32_t home = 0;              // added to the counts
+  double zero = 0;               // angle where counts and `home` are zero together [rad]
+  double torque = 0;             // of the joint, by a unit of the motor's effort [N·m]
+  double most_acceleration = 0;  // what hand or motor can reach [counts/ns²] (EncoderNoise)
+};
+
+/// Angle of a joint by a count [rad]: its encoder has `counts` a turn, which turn the joint
+/// by 1/ratio, `direction` (±1) says which way.
+double angle_of_count(double direction, double counts, double ratio = 1);
+
+/// An arm of motors with encoders: its axes, first those with motors, and its kinematics as
+/// functions that neither change anything, allocate nor throw. Handle poses are those of H in B,
+/// wrenches those on the hand at the origin of H, in B.
+struct Arm {
+  std::string name;
+  int32_t model = 0;        // in its answers; 0: they have none
+  size_t motors = 3;        // at most `encoders`; of two it moves in the plane z = 0 of B
+  size_t encoders = 3;      // at most kMostMotors
+  uint32_t buttons = 0;     // that its answers can tell of
+  double max_force = 0;     // limit of the design [N]
+  double max_torque = 0;    // [N·m]; 0: it does not turn the hand
+  double most_effort = 0;   // of a motor; 0: [device.serial] says
+  double numbers = 1000;    // that a unit of effort is told as: thousandths
+  double cutoff = 0;        // of the velocity [Hz]; 0: [device.serial] says
+  double least_volume = 0;  // of the first three columns of the Jacobian: singular below [m³]
+  std::array<Axis, kMostMotors> axes{};
+
+  /// The handle's pose; where it is found by iteration, X_BH is the start. False, and X_BH stays:
+  /// no pose has these angles.
+  std::function<bool(const JointAngles& q, Pose& X_BH)> find;
+  /// False: the pose is singular.
+  std::function<bool(const JointAngles& q, const Pose& X_BH, HandleJacobian& J)> jacobian;
+  /// Joint angles of a handle at X_BH; false, and `q` stays, where the arm does not reach. Only
+  /// emulators need it; empty: theirs is not ours.
+  std::function<bool(const Pose& X_BH, JointAngles& q)> solve{};
+
+  std::array<double, kMostMotors> most_accelerations() const;
+  JointAngles angles(const MotorCounts& counts) const;
+  /// The inverse, quantised as by an encoder: rounded down to whole counts.
+  MotorCounts counts(const JointAngles& q) const;
+  Pose pose(const JointAngles& q) const;
+  /// The motors that exert a wrench, by joint torques τ = Jᵀ F. False, and they are zero, where the
+  /// arm is singular. Friction and gravity are not compensated.
+  bool efforts(const JointAngles& q, const Pose& X_BH, const Wrench& F_B, MotorEfforts& out) const;
+  /// The wrench that motors exert, F = J⁻ᵀ τ, of an arm with three motors, or with six of which the
+  /// last three turn the handle about its origin: their torques give the torque on the hand; what
+  /// of the others does not hold against that is force. Zero where the arm is singular.
+  Wrench wrench(const JointAngles& q, const MotorEfforts& motors) const;
+};
+
+inline Quat turn_about(const Vec3& axis, double angle) {
+  return from_rotation_vector(angle * axis);
+}
+
+/// x with a·x, b·x and c·x the components of t, by Cramer's rule. False, and x stays, where the
+/// volume that a, b and c span is below `least`.
+bool solve_rows(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& t, double least, Vec3& x);
+
+}  // namespace haptic
