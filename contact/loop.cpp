@@ -17,7 +17,7 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kWarmUpLookNs = 10'000'000;
+constexpr int64_t kWarmUpLookNs = 10'000'000;  // [ns], a look for the servo's first frame
 constexpr int kWarmUpLooks = 20;   // a servo that runs answers the first; it need not run
 constexpr int64_t kRestShare = 4;  // after a step of d rest d/4: never more than 80 % of a core
 // after the servo's next frame is to be there: one wake-up late costs less than one in vain [ns]

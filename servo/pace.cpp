@@ -4,9 +4,9 @@
 namespace haptic {
 namespace {
 
-constexpr double kMostLate = 0.01;  // share of ticks
-constexpr double kLeastRate = 0.9;  // share of frames
-constexpr int64_t kJudgedNs = 1'000'000'000;
+constexpr double kMostLate = 0.01;            // share of ticks
+constexpr double kLeastRate = 0.9;            // share of frames
+constexpr int64_t kJudgedNs = 1'000'000'000;  // [ns]; shorter, a single stall would be a verdict
 
 uint32_t judge(const Pace& pace, const ServoInput& input, double sim_period) {
   uint32_t flags = 0;

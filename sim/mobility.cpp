@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kFixed = 1e-5;  // of the free mobility: what is less is held
 
-constexpr int kMostRows = static_cast<int>(6 * kMostNeighbours);
+constexpr int kMostRows = static_cast<int>(6 * kMostNeighbours);  // each neighbour is a body
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostRows, kMostRows>;
 
 /// The bodies looked at, the pushed one first.

@@ -10,7 +10,7 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kNameWidth = 19;
+constexpr size_t kNameWidth = 19;  // characters of the first column
 const std::string kIndent(kNameWidth + 2, ' ');
 
 bool has_ids(const DeviceRow& row, const PluggedNode& node) {

@@ -22,8 +22,8 @@
 
 namespace {
 
-constexpr int kModel = 7, kOneButton = 256;
-constexpr double kMetre = 1e6, kRadian = 1e5;          // counts
+constexpr int kModel = 7, kOneButton = 256;    // of the line: its kind, and a button beside it
+constexpr double kMetre = 1e6, kRadian = 1e5;  // counts
 constexpr double kNewton = 5e-3, kNewtonMetre = 1e-4;  // of a number
 constexpr int kMostNumber = 6000;                      // beyond it, zero
 constexpr auto kWatchdog = std::chrono::milliseconds(100);

@@ -7,7 +7,8 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kRetryPeriod = kNsPerSecond / 10;
+constexpr int64_t kRetryPeriod =
+    kNsPerSecond / 10;  // [ns], between attempts to attach; a person does not notice it
 
 }  // namespace
 

@@ -8,8 +8,8 @@
 namespace haptic {
 namespace {
 
-constexpr int kBits = 7;  // 2⁷ buckets per octave
-constexpr uint64_t kPerOctave = uint64_t{1} << kBits;
+constexpr int kBits = 7;                                    // 2⁷ buckets per octave
+constexpr uint64_t kPerOctave = uint64_t{1} << kBits;       // buckets
 constexpr size_t kBuckets = (63 - kBits + 1) * kPerOctave;  // up to the largest int64_t
 
 /// Values below 2⁸ have a bucket each; an octave above is split by the 7 bits after its leading

@@ -24,7 +24,7 @@ struct LogMark {
   MarkKind kind{};
   uint32_t column = 0;
 };
-inline constexpr uint64_t kApartTicks = 20;
+inline constexpr uint64_t kApartTicks = 20;  // a bounce of the hand is shorter
 
 /// The plotted quantities of a frame: force and torque at the device, turned into W, and their
 /// norms [N], [N·m], distance from tool to proxy [m], lateness of the wake-up [s], answers of
@@ -107,6 +107,6 @@ class LogSurvey {
   std::vector<LogMark> marks_;
   size_t next_chunk_ = 0;
 };
-inline constexpr uint64_t kStepTicks = 100;
+inline constexpr uint64_t kStepTicks = 100;  // a tenth of a second: a slider has no finer steps
 
 }  // namespace haptic

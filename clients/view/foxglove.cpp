@@ -17,8 +17,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::array<char, 4> kCdrHeader{0, 1, 0, 0};  // little endian, as in recordings
 constexpr char kMessageData = 1;                       // opcode of a binary message
-constexpr size_t kMostSubscriptions = 64;
-constexpr int kWarning = 1;  // level of a status
+constexpr size_t kMostSubscriptions = 64;              // of a client; a session has fewer channels
+constexpr int kWarning = 1;                            // level of a status
 
 /// The newest record of a topic. `revision` changes with each record; zero: there is none yet.
 struct Record {

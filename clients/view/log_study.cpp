@@ -16,10 +16,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int64_t kPieceTime = 20'000'000;  // [ns] of reading, then others have their turn
-constexpr size_t kPieceChunks = 8;
-constexpr double kMostSteps = 4000;      // of an overview: the widest screen
-constexpr double kExactSeconds = 20;     // spans up to this are read frame by frame
-constexpr uint64_t kMostRows = 120'000;  // of a table: two minutes, a hundred megabytes
+constexpr size_t kPieceChunks = 8;          // read in a piece: two seconds of a recording
+constexpr double kMostSteps = 4000;         // of an overview: the widest screen
+constexpr double kExactSeconds = 20;        // spans up to this are read frame by frame
+constexpr uint64_t kMostRows = 120'000;     // of a table: two minutes, a hundred megabytes
 
 constexpr std::array<const char*, kNumPlotted> kNames{
     "force_x",  "force_y", "force_z", "force",     "torque_x",    "torque_y",

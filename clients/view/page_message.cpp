@@ -14,11 +14,11 @@ namespace {
 
 using PageJson = nlohmann::json;
 
-constexpr double kSlowest = 1, kFastest = 120;      // frames a second that can be asked for
-constexpr double kMostSequence = 9007199254740992;  // 2⁵³
-constexpr double kFarthest = 1e3;                   // [m]; of a place to lead to
-constexpr double kSlowestPlay = 0.1, kFastestPlay = 4;
-constexpr size_t kLongestId = 64;  // of a command, as JSON [bytes]
+constexpr double kSlowest = 1, kFastest = 120;          // frames a second that can be asked for
+constexpr double kMostSequence = 9007199254740992;      // 2⁵³
+constexpr double kFarthest = 1e3;                       // [m]; of a place to lead to
+constexpr double kSlowestPlay = 0.1, kFastestPlay = 4;  // times real time
+constexpr size_t kLongestId = 64;                       // of a command, as JSON [bytes]
 
 /// The member of that name; throws where it is missing.
 const PageJson& member(const PageJson& object, const char* name) {

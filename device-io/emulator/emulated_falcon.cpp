@@ -12,7 +12,7 @@ namespace {
 
 constexpr int64_t kWatchdogNs = 100 * kMs;  // an assumption: nobody has measured it
 constexpr size_t kPayload = 62;             // of a packet of the chip
-constexpr size_t kSmallestImage = 64;
+constexpr size_t kSmallestImage = 64;       // bytes; shorter is no program
 
 /// Angle of an upper arm at a place of the handle: bisection on the length of the lower arm.
 double angle_at(const Vec3& p_B, int leg) {

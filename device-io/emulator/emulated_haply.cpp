@@ -10,12 +10,12 @@
 namespace haptic {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
-constexpr int64_t kLoopNs = 50'000;            // "currentState - lastPublished >= 50" µs
-constexpr int64_t kTimeoutNs = 1'000'000'000;  // of Arduino's readBytes
-constexpr double kMostTorque = 0.123;          // MAX_TORQUE of 1.5 [N·m]
-constexpr double kMostTorqueM0 = 0.156;        // of the M0's
-constexpr size_t kQueue = 50;                  // answers that a liar remembers
+constexpr double kTurn = 2 * std::numbers::pi;  // [rad]
+constexpr int64_t kLoopNs = 50'000;             // "currentState - lastPublished >= 50" µs
+constexpr int64_t kTimeoutNs = 1'000'000'000;   // of Arduino's readBytes
+constexpr double kMostTorque = 0.123;           // MAX_TORQUE of 1.5 [N·m]
+constexpr double kMostTorqueM0 = 0.156;         // of the M0's
+constexpr size_t kQueue = 50;                   // answers that a liar remembers
 
 }  // namespace
 

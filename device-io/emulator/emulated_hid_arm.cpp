@@ -15,8 +15,8 @@ namespace {
 constexpr int64_t kArmReportNs = kMs;          // bInterval 1 at full speed
 constexpr int64_t kArmWatchdogNs = 500 * kMs;  // msg_watchdog.attach(…, 0.5)
 constexpr int kMostMilliamperes = 3000;        // above it the firmware's signal is full
-constexpr size_t kReport = 8;
-const Vec3 kMiddle{0.22, 0, 0.08};  // workspace_origin of woodenhaptics_2016ed.json [m]
+constexpr size_t kReport = 8;                  // bytes
+const Vec3 kMiddle{0.22, 0, 0.08};             // workspace_origin of woodenhaptics_2016ed.json [m]
 
 UsbDescriptors describe_hid_arm(const EmulatedHidArmOptions& options) {
   UsbDescriptors all;

@@ -10,8 +10,8 @@ namespace haptic {
 namespace {
 
 constexpr size_t kRememberedReports = 20;  // that a liar gives again
-constexpr int64_t kReportNs = 8'000'000;
-constexpr int kLastZeros = 3;  // of each kind, before it is silent
+constexpr int64_t kReportNs = 8'000'000;   // [ns], as the device sends them
+constexpr int kLastZeros = 3;              // of each kind, before it is silent
 
 /// Page 1, usage 8: a multi-axis controller, with its three input reports and its light.
 UsbBytes report_descriptor() {

@@ -30,12 +30,13 @@ constexpr std::array<uint8_t, 4> kHelloBack{0x0a, 0x44, 0x2c, 0x0d};
 constexpr std::array<uint8_t, 1> kBootBegin{'A'};
 
 constexpr size_t kChunk = 62;  // a packet of the chip without its status
-constexpr size_t kLargestImage = 64 * 1024;
+constexpr size_t kLargestImage =
+    64 * 1024;  // [bytes]; bounds what is read of a file that is no firmware
 constexpr int64_t kAnswerNs = 30 * kMs;  // of the firmware; it takes 1 ms
 constexpr int kQuestions = 5;            // some are lost while the line settles
 constexpr int64_t kHelloNs = 100 * kMs;  // at 9600 baud 7 ms, and the latency timer
-constexpr int kHellos = 3;
-constexpr int64_t kEchoNs = 200 * kMs;  // 62 bytes at 142,857 baud: 4 ms, and the timer
+constexpr int kHellos = 3;               // attempts
+constexpr int64_t kEchoNs = 200 * kMs;   // 62 bytes at 142,857 baud: 4 ms, and the timer
 
 /// Collects what comes until `enough` bytes are there or nothing came for `wait_ns`.
 std::vector<uint8_t> collect(const FtdiPort& port, size_t enough, int64_t wait_ns) {

@@ -19,7 +19,8 @@ struct libusb_transfer;
 
 namespace haptic {
 
-inline constexpr uint8_t kFalconInterface = 0, kFalconIn = 0x81, kFalconOut = 0x02;
+inline constexpr uint8_t kFalconInterface = 0, kFalconIn = 0x81,
+                         kFalconOut = 0x02;  // endpoints, by the device's descriptor
 
 /// The USB side of a Falcon: brings it up, then keeps two asynchronous transfers in flight in a
 /// thread of its own, which serves the mailbox until the device is unplugged or this is destroyed.

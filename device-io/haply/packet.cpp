@@ -8,8 +8,8 @@
 namespace haptic {
 namespace {
 
-constexpr uint8_t kSetUp = 1, kTorques = 2;
-constexpr uint8_t kBothPorts = 0x03;  // port 1 is bit 0
+constexpr uint8_t kSetUp = 1, kTorques = 2;  // first byte of a packet
+constexpr uint8_t kBothPorts = 0x03;         // port 1 is bit 0
 
 template <size_t N>
 void put_float(std::array<uint8_t, N>& bytes, size_t at, float value) {

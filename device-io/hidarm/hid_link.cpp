@@ -11,7 +11,8 @@ namespace {
 
 constexpr int kWaitMs = 2;        // for a report, which is due each millisecond
 constexpr int kMostReports = 64;  // the kernel keeps as many for a late reader
-constexpr int64_t kFirstNs = 1'000'000'000;
+constexpr int64_t kFirstNs =
+    1'000'000'000;  // [ns], for the first report; an arm that is awake sends a thousand a second
 
 }  // namespace
 

@@ -4,7 +4,8 @@
 namespace haptic {
 namespace {
 
-constexpr int kNumberBits = 16, kFlagsAt = 48, kSequenceAt = 56;
+constexpr int kNumberBits = 16, kFlagsAt = 48,
+              kSequenceAt = 56;  // bits of the word: three numbers, eight flags, eight of a count
 
 uint64_t pack(const std::array<int16_t, 3>& numbers, uint8_t flags) {
   uint64_t word = uint64_t{flags} << kFlagsAt;

@@ -38,7 +38,7 @@ class RecordedMotion {
   int64_t length_ns_, return_ns_ = 0;
 };
 
-inline constexpr int64_t kLeastReturnNs = 300'000'000;
+inline constexpr int64_t kLeastReturnNs = 300'000'000;  // [ns]; a faster reach would be a blow
 inline constexpr double kReturnSpeed = 0.25;  // at the fastest [m/s]; a slow reach of a person
 inline constexpr double kReturnSpin = 2;      // likewise [rad/s]
 

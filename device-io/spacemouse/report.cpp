@@ -6,7 +6,8 @@
 namespace haptic {
 namespace {
 
-constexpr uint8_t kTranslations = 1, kRotations = 2, kButtons = 3, kBattery = 0x17;
+constexpr uint8_t kTranslations = 1, kRotations = 2, kButtons = 3,
+                  kBattery = 0x17;        // first byte of a report
 constexpr size_t kHalf = 7, kWhole = 13;  // bytes of three axes, of six
 constexpr size_t kFewestButtons = 3;      // bytes; the Navigator's
 constexpr size_t kButtonBytes = 4;        // what `buttons` has room for

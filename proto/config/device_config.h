@@ -20,7 +20,7 @@ struct Waypoint {
   double time = 0;  // from the waypoint before [s]; of the first: 0
   double rest = 0;  // at it [s]
 };
-inline constexpr uint32_t kMostWaypoints = 16;
+inline constexpr uint32_t kMostWaypoints = 16;  // limits the size of SessionConfig
 
 /// Seeded intended motion of the simulated hand: minimum-jerk strokes over a ball around
 /// `centre_B`. Each stroke goes from outside to `press_radius`, slides along an arc and lifts off.

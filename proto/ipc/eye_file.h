@@ -20,8 +20,8 @@
 namespace haptic {
 
 inline constexpr uint32_t kEyeOfTool = 0xffff'ffff;
-inline constexpr size_t kEyeNameBytes = 40;
-inline constexpr size_t kEyeHeaderBytes = 80;
+inline constexpr size_t kEyeNameBytes = 40;    // as a Name of a config has
+inline constexpr size_t kEyeHeaderBytes = 80;  // bytes before the arrays
 // [bytes]: far above what contact makes, far below what would hurt a reader
 inline constexpr size_t kMostEyeBytes = size_t{64} << 20;
 

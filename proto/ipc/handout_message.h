@@ -19,7 +19,7 @@ struct Announcement {
   uint64_t generation;
   Name name;
 };
-inline constexpr uint32_t kHandoutProtocol = 1;
+inline constexpr uint32_t kHandoutProtocol = 1;  // raise it when an announcement changes
 
 /// One announcement with its descriptor. Never blocks; false: it was not sent.
 bool send_announcement(int socket, const Announcement& announcement, int fd);

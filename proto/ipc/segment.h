@@ -25,7 +25,7 @@
 namespace haptic {
 
 inline constexpr uint64_t kSegmentMagic = 0x3147'4553'5450'4148;  // "HAPTSEG1", little endian
-inline constexpr uint32_t kMaxChannels = 8;
+inline constexpr uint32_t kMaxChannels = 8;  // of a segment; the servo has three
 
 /// One ring of a segment.
 struct ChannelEntry {

@@ -11,8 +11,8 @@
 namespace haptic::mcap {
 
 inline constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
-inline constexpr size_t kRecordHeader = 1 + 8;  // opcode, length
-inline constexpr size_t kFooterBytes = kRecordHeader + 8 + 8 + 4;
+inline constexpr size_t kRecordHeader = 1 + 8;                     // opcode, length
+inline constexpr size_t kFooterBytes = kRecordHeader + 8 + 8 + 4;  // its offsets and its CRC
 inline constexpr std::string_view kZstd = "zstd";
 
 /// First byte of a record; its length follows as uint64.

@@ -12,9 +12,9 @@
 /// such rows of what the tool has grasped; they are the last of a set.
 namespace haptic {
 
-inline constexpr uint64_t kGuideKind = 3;  // the two highest bits of Contact::feature
-inline constexpr int kFeatureKindBit = 62;
-inline constexpr uint32_t kMaxGuides = 6;  // in a set: they fix a body
+inline constexpr uint64_t kGuideKind = 3;   // the two highest bits of Contact::feature
+inline constexpr int kFeatureKindBit = 62;  // of Contact::feature, where its kind begins
+inline constexpr uint32_t kMaxGuides = 6;   // in a set: they fix a body
 
 /// Time in which a grasp is let in [s]: its strength grows from 0 to 1, as a change of the coupling
 /// does, so that a hand that has pulled already feels no step.

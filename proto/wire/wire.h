@@ -17,7 +17,8 @@ inline constexpr uint32_t kMaxObjects = 16;   // per scene
 inline constexpr uint32_t kMaxContacts = 64;  // per ContactSet
 inline constexpr uint32_t kMaxJoints = 16;    // per scene
 inline constexpr uint32_t kAbiMajor = 11;     // raise it when any struct below changes
-inline constexpr uint32_t kAbiMinor = 0;
+inline constexpr uint32_t kAbiMinor =
+    0;  // raise it when a field gets a new meaning that old readers may ignore
 
 /// DeviceState::flags.
 enum DeviceFlag : uint32_t {

@@ -1,55 +1,83 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Adds the renderer "hold" and the device "slider" to a copy of the tree, as docs/adding.md and
-# docs/how-to-add-a-device.md say: by new files and one line of a table each. Builds a small session
-# with either and runs it. So it fails when anything else lists renderers or devices. ccache knows
-# what does not read the tables.
+# Adds one of each kind to a copy of the tree, as docs/adding.md and docs/how-to-add-a-device.md say: by
+# its own files and one line of a table. Builds what shows it and runs that. So it fails when anything
+# else lists renderers, devices, motions, joints, commands, suites, benches or faults. ccache knows what
+# does not read the tables.
 # Run: cmake -DROOT=<repository> -DWORK=<folder> -P tests/outside/outside.cmake
 cmake_minimum_required(VERSION 3.25)
+
+# file of this folder | place in the tree
+set(files
+  "hold_detector.h   | contact/detect/hold_detector.h"
+  "hold_solver.h     | servo/render/hold_solver.h"
+  "nod.cpp           | sim/motion/nod.cpp"
+  "rail_path.cpp     | sim/joint/rail_path.cpp"
+  "hello.cpp         | clients/hapt/hello.cpp"
+  "suite.cpp         | clients/lab/eval/outside_suite.cpp"
+  "bench.cpp         | clients/lab/bench/outside_bench.cpp"
+  "main.cpp          | main.cpp"
+  "scene_session.cpp | scene_session.cpp"
+  "slider_session.cpp | slider_session.cpp")
+# line | table
+set(lines
+  "RENDERER(kHold, \"hold\", HoldDetector, HoldSolver) | proto/wire/renderers.def"
+  "DEVICE(kSlider, \"slider\", open_slider, read_serial, .node = NodeKind::kSerial) \
+| proto/config/devices.def"
+  "MOTION(kNod, \"nod\", nod) | proto/config/motions.def"
+  "JOINT(kRail, \"rail\", rail_path, .slides = true) | proto/config/joints.def"
+  "COMMAND(hello) | clients/hapt/commands.def"
+  "SUITE(outside, \"Nothing\") | clients/lab/eval/suites.def"
+  "BENCH(outside, \"Nothing\") | clients/lab/bench/benches.def"
+  "FAULT(kContactAgain, \"contact: killed again\", 0, kFade, kill_contact<SIGKILL>) \
+| clients/lab/torture/faults.def")
 
 function(run)
   execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${tree} RESULT_VARIABLE status
     OUTPUT_VARIABLE text ERROR_VARIABLE text)
   if(NOT status EQUAL 0)
-    message(FATAL_ERROR "outside: '${ARGN}' failed; a renderer is to cost two files and a line, a device a \
-folder and a line:\n${text}")
+    message(FATAL_ERROR "outside: '${ARGN}' failed; each addition is to cost its files and a line:\n\
+${text}")
   endif()
   set(said "${text}" PARENT_SCOPE)
 endfunction()
 
-# one line more in a table
-function(add_line file table)
-  file(READ ${here}/${file} line)
-  file(READ ${tree}/${table} text)
-  string(REPLACE "\n#undef" "${line}\n#undef" text "${text}")
-  file(WRITE ${tree}/${table} "${text}")
-endfunction()
-
 set(tree ${WORK}/tree)
 set(here ${ROOT}/tests/outside)
-set(rooms proto contact device-io servo sim clients packaging)
 # the copies keep their times: what was built before is not built again
-foreach(room IN LISTS rooms)
+foreach(room IN ITEMS proto contact device-io servo sim clients packaging)
   file(REMOVE_RECURSE ${tree}/${room})
   file(COPY ${ROOT}/${room} DESTINATION ${tree})
 endforeach()
-file(COPY ${ROOT}/CMakeLists.txt ${ROOT}/CMakePresets.json ${here}/main.cpp
-  ${here}/slider_session.cpp DESTINATION ${tree})
+file(COPY ${ROOT}/CMakeLists.txt ${ROOT}/CMakePresets.json DESTINATION ${tree})
 file(APPEND ${tree}/CMakeLists.txt "add_executable(outside main.cpp)
 target_link_libraries(outside PRIVATE haptic_contact haptic_servo)
+add_executable(outside_scene scene_session.cpp)
+target_link_libraries(outside_scene PRIVATE haptic_sim)
 add_executable(outside_device slider_session.cpp)
 target_link_libraries(outside_device PRIVATE haptic_contact haptic_servo haptic_device)\n")
 
-# the files and the lines
-file(COPY ${here}/hold_detector.h DESTINATION ${tree}/contact/detect)
-file(COPY ${here}/hold_solver.h DESTINATION ${tree}/servo/render)
-add_line(hold.def proto/wire/renderers.def)
+foreach(row IN LISTS files)
+  string(REGEX MATCH "^([^ ]+) +\\| (.+)$" all "${row}")
+  file(COPY_FILE ${here}/${CMAKE_MATCH_1} ${tree}/${CMAKE_MATCH_2})
+endforeach()
 file(COPY ${here}/slider DESTINATION ${tree}/device-io)
-add_line(slider.def proto/config/devices.def)
+foreach(row IN LISTS lines)
+  string(REGEX MATCH "^(.+) \\| (.+)$" all "${row}")
+  set(line "${CMAKE_MATCH_1}")
+  set(table ${tree}/${CMAKE_MATCH_2})
+  file(READ ${table} text)
+  string(FIND "${text}" "\n#undef" end)
+  string(SUBSTRING "${text}" 0 ${end} before)
+  string(SUBSTRING "${text}" ${end} -1 after)
+  file(WRITE ${table} "${before}\n${line}\n${after}")
+endforeach()
 
 run(${CMAKE_COMMAND} --preset dev -DBUILD_TESTING=OFF)
 # on one core: other tests have the rest
-run(${CMAKE_COMMAND} --build build/dev --parallel 1 --target outside outside_device)
-foreach(program IN ITEMS outside outside_device)
-  run(build/dev/bin/${program})
-  message(STATUS "${program}: ${said}")
+run(${CMAKE_COMMAND} --build build/dev --parallel 1
+  --target outside outside_device outside_scene hapt hapt-lab)
+foreach(command IN ITEMS outside outside_device outside_scene "hapt;hello" "hapt;eval;outside"
+    "hapt;bench;outside")
+  run(build/dev/bin/${command})
+  message(STATUS "${command}: ${said}")
 endforeach()

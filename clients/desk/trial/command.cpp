@@ -29,7 +29,8 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kShowNs = 100'000'000;
+constexpr int64_t kShowNs =
+    100'000'000;  // [ns], between two lines at a terminal: ten a second can be read
 
 struct TryOptions {
   std::string what, path, output;

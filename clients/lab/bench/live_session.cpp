@@ -11,8 +11,8 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kPatience = 20 * kNsPerSecond;
-constexpr int64_t kLookPeriod = kNsPerSecond / 100;
+constexpr int64_t kPatience = 20 * kNsPerSecond;     // [ns]; only a broken session takes so long
+constexpr int64_t kLookPeriod = kNsPerSecond / 100;  // [ns]
 constexpr int64_t kSettle = kNsPerSecond;  // in which readers touch the pages of their segments
 
 }  // namespace

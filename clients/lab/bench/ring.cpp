@@ -20,7 +20,7 @@ struct BenchMessage {
   std::array<uint64_t, kBytes / 8 - 1> words;
 };
 
-inline constexpr uint64_t kBenchSlots = 1024;
+inline constexpr uint64_t kBenchSlots = 1024;  // of a ring, as in a session
 
 template <size_t kBytes>
 struct BenchChannels {

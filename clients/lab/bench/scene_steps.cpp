@@ -15,10 +15,10 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kPlayedNs = 10 * kNsPerSecond;
-constexpr int64_t kStalledNs = 1'500'000'000;  // after the begin
-constexpr int64_t kStallNs = 8'000'000;
-constexpr int64_t kQuietNs = 5 * kNsPerSecond;  // what is at rest is asleep after two seconds
+constexpr int64_t kPlayedNs = 10 * kNsPerSecond;  // [ns], of a scene
+constexpr int64_t kStalledNs = 1'500'000'000;     // after the begin
+constexpr int64_t kStallNs = 8'000'000;           // [ns], for which a sim has no processor
+constexpr int64_t kQuietNs = 5 * kNsPerSecond;    // what is at rest is asleep after two seconds
 
 /// A sim that sees what that of the session sees, with its pace: behind a step it rests two thirds
 /// of its time (sim/main), and leaves out the ticks that fall into it.

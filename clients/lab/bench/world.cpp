@@ -33,11 +33,11 @@ constexpr double kGoalBusy = 1.1;         // p99 of the servo with masses over t
 constexpr double kGoalRate = 0.9;         // of contact with masses over that without
 constexpr Vec3 kBrick{0.02, 0.01, 0.01};  // [m]
 constexpr double kBrickMass = 0.01;       // [kg]
-constexpr double kFriction = 0.5;
-constexpr Vec3 kGravity{0, 0, -9.81};  // [m/s²]
-constexpr int kWarmUp = 500;           // ticks until the wall has settled
-constexpr int kChunk = 50;             // ticks of one contestant before the next has its turn
-constexpr int kRows = 5, kColumns = 3;
+constexpr double kFriction = 0.5;         // of every body
+constexpr Vec3 kGravity{0, 0, -9.81};     // [m/s²]
+constexpr int kWarmUp = 500;              // ticks until the wall has settled
+constexpr int kChunk = 50;                // ticks of one contestant before the next has its turn
+constexpr int kRows = 5, kColumns = 3;    // of bricks in a wall
 
 struct Options {
   int ticks = 5000, rounds = 5;

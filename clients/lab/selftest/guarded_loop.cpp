@@ -21,8 +21,8 @@
 namespace haptic {
 namespace {
 
-constexpr uint64_t kGeneration = 1;
-constexpr int kServoPriority = 80;                        // SCHED_FIFO, as haptic-servo
+constexpr uint64_t kGeneration = 1;  // of each segment: nothing is restarted here
+constexpr int kServoPriority = 80;   // SCHED_FIFO, as haptic-servo
 constexpr int64_t kAttachPatienceNs = 10 * kNsPerSecond;  // until every segment is attached
 constexpr int64_t kLookNs = 1'000'000;     // [ns]; between two looks at the attachments
 constexpr uint64_t kControlPeriod = 3000;  // ticks between two changes of the controls

@@ -30,7 +30,7 @@ enum class Violation : uint32_t {
   kMinorFault,  // page fault served without reading from disk
   kMajorFault,  // page fault that read from disk
 };
-inline constexpr size_t kViolations = 8;
+inline constexpr size_t kViolations = 8;  // kept of a run; one is enough to fail
 
 /// "allocation", "system call", …
 const char* name_of(Violation kind) noexcept;

@@ -16,7 +16,7 @@ constexpr double kKnockSteps = 5;  // and at least so many steps of the encoder
 constexpr double kWithin = 1.005;  // ratio of the bounds at which the bisection ends
 constexpr double kFirst = 0.2;     // of Gil's limit, where it begins
 constexpr double kMost = 1e4;      // times Gil's limit: no further
-constexpr double kLeast = 1e-4;
+constexpr double kLeast = 1e-4;    // of Gil's limit: nothing below it is stable
 
 /// Smallest and largest of the values so far.
 struct Swing {

@@ -86,7 +86,7 @@ enum class ForceBreach {
   kHardStart,    // faster than the soft start
   kLostRecord,   // a gap in the emulator's log, where nothing can be checked
 };
-inline constexpr size_t kForceBreaches = 9;
+inline constexpr size_t kForceBreaches = 9;  // number of them
 
 std::string_view name_of(ForceBreach breach);
 

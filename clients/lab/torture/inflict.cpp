@@ -32,8 +32,8 @@ constexpr int64_t kTrustNs = 500 * kMs;          // until the driver trusts an h
 constexpr int kLatchAttempts = 5;                // a faulty answer may be overwritten unread
 constexpr int64_t kGoneNs = 2 * kNsPerSecond;    // limit for children to end and firmware to let go
 constexpr int64_t kStopNs = 2 * kMs;             // until SIGSTOP has reached every thread
-constexpr size_t kManyClients = 64;
-constexpr const char* kStressTime = "2s";  // of stress-ng
+constexpr size_t kManyClients = 64;              // more than anybody attaches at once
+constexpr const char* kStressTime = "2s";        // of stress-ng
 
 using Seen = const WriterSeen& (TortureSession::*)() const;
 

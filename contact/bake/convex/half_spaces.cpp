@@ -4,7 +4,7 @@
 namespace haptic {
 namespace {
 
-constexpr int kSteps = 60;
+constexpr int kSteps = 60;       // a bound of the loop; most points need a few
 constexpr double kBeyond = 1.2;  // of the way to the plane: below 2 it converges, above 1 it ends
 
 }  // namespace

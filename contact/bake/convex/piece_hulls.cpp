@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kFewFaces = 128;
+constexpr size_t kFewFaces = 128;        // of a hull: so few are all asked, without a search
 constexpr int kBallSteps = 30;           // the radius is then within a tenth of the least
 constexpr double kRoundedUp = 1 + 1e-9;  // of a radius, so that it holds for what rounding adds
 

@@ -8,8 +8,8 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kBoxTriangles = 4;
-constexpr size_t kMostDepth = 40;  // halving 2^32 triangles ends before
+constexpr size_t kBoxTriangles = 4;  // of a leaf
+constexpr size_t kMostDepth = 40;    // halving 2^32 triangles ends before
 
 /// Fills in node i of the triangles [first, end) of the order, and those below it.
 void build_node(TriangleBoxes& tree, size_t i, uint32_t first, uint32_t end) {

@@ -12,7 +12,7 @@ namespace {
 constexpr int kMaxSteps = 12;      // Newton's method needs four to six
 constexpr double kSolved = 1e-10;  // of `distance`: the error is about the square of the last step
 constexpr double kFarStep = 1.0;   // of `distance`: a longer step has diverged
-constexpr size_t kMaxObstacles = 3;
+constexpr size_t kMaxObstacles = 3;  // three fix a point
 
 // at most 3 + 3 unknowns: nothing is allocated
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;

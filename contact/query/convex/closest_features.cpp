@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-constexpr int kMaxSteps = 200;
+constexpr int kMaxSteps = 200;  // a bound of the loop, far above any walk that was seen
 // sine of the angle below which a way is level: 1e-14 m of distance on a hull of 10 mm
 constexpr double kLevel = 1e-12;
 constexpr double kTouching = 1e-15;  // distance of hulls that touch, in shares of their coordinates

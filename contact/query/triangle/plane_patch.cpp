@@ -13,7 +13,7 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kDirections = 8;
+constexpr size_t kDirections = 8;           // every 45 degrees about the point
 constexpr int kLongestWalk = 24;            // triangles of a walk
 constexpr double kPatchTurnCosine = 0.906;  // cos 25°, as plane_extent has it
 constexpr double kBetween = 0.92388;        // cos 22.5°, half the angle between two directions

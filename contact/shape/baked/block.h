@@ -27,7 +27,7 @@ inline constexpr uint32_t kBakeVersion = 6;
 
 enum class BakedKind : uint32_t { kShape = 1, kVolume = 2, kPieces = 3 };
 
-inline constexpr size_t kMostBakedArrays = 24;
+inline constexpr size_t kMostBakedArrays = 24;  // bounds the header of a file
 
 /// Arrays in one block of bytes, in their layout in memory; views.
 struct BakedBlock {

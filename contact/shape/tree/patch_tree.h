@@ -26,8 +26,8 @@ struct PatchNode {
   std::array<uint32_t, 8> unused{};
 };
 
-inline constexpr uint32_t kPatchLeaf = 1u << 31;
-inline constexpr uint32_t kNoPatch = ~0u;  // an unused lane
+inline constexpr uint32_t kPatchLeaf = 1u << 31;  // bit of a child that is a leaf
+inline constexpr uint32_t kNoPatch = ~0u;         // an unused lane
 
 /// Up to eight triangles in compact form, to decide which of them need to be looked up in the mesh.
 /// A corner is origin + step·(x, y, z), with an error of at most one step; its three numbers are in

@@ -17,9 +17,9 @@ enum class Voxel : uint8_t { kFree = 0, kInterior = 1, kSurface = 2, kProximity 
 
 using VoxelIndex = std::array<int32_t, 3>;
 
-inline constexpr int kBrickBits = 3;
+inline constexpr int kBrickBits = 3;                // of a voxel's index along an edge
 inline constexpr int kBrickSide = 1 << kBrickBits;  // voxels along an edge of a brick
-inline constexpr size_t kVoxelsAWord = 16;
+inline constexpr size_t kVoxelsAWord = 16;          // of 32 bits, two a voxel
 
 /// 8 × 8 × 8 voxels, x fastest; voxel i is the two bits at 2 (i mod 16) of word i/16.
 struct VoxelBrick {

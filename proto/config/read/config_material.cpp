@@ -6,7 +6,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kRightAngle = 1.5707963267948966;
+constexpr double kRightAngle = 1.5707963267948966;  // [rad]
 constexpr Range kShares{0, 1};
 constexpr Range kCreases{0, kRightAngle};
 constexpr Words<TextureKind, 3> kTextures{{{"none", TextureKind::kNone},

@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-constexpr uint32_t kMostGrey = 255;
+constexpr uint32_t kMostGrey = 255;  // of 8 bits
 // [bytes]: 64 × 64 numbers take 20 kB as text, the rest allows for comments
 constexpr size_t kMostText = size_t{1} << 20;
 

@@ -9,11 +9,11 @@
 namespace haptic {
 namespace {
 
-constexpr double kTwoPi = 6.283185307179586;
-constexpr double kMostSamples = 16;    // along the path of a tick
-constexpr double kGratingSamples = 8;  // per wavelength
-constexpr double kPixelSamples = 2;    // per pixel
-constexpr double kWhite = 255;         // grey level of full height
+constexpr double kTwoPi = 6.283185307179586;  // [rad]
+constexpr double kMostSamples = 16;           // along the path of a tick
+constexpr double kGratingSamples = 8;         // per wavelength
+constexpr double kPixelSamples = 2;           // per pixel
+constexpr double kWhite = 255;                // grey level of full height
 
 double pixel(const HeightImage& image, double column, double row) {
   HAPTIC_ASSERT(image.width > 0 && image.width <= HeightImage::kMaxSide);

@@ -20,10 +20,10 @@
 /// Short measurements between forked processes, and their evaluation.
 namespace haptic {
 
-inline constexpr size_t kMaxSamples = 20'000;
-inline constexpr size_t kReaders = 8;  // of a slow or stopped audience
-inline constexpr int kFifo = 50;       // SCHED_FIFO, below the servo's 80
-inline constexpr uint64_t kWriterProcessor = 0, kReaderProcessor = 1;
+inline constexpr size_t kMaxSamples = 20'000;  // of a burst; bounds its memory
+inline constexpr size_t kReaders = 8;          // of a slow or stopped audience
+inline constexpr int kFifo = 50;               // SCHED_FIFO, below the servo's 80
+inline constexpr uint64_t kWriterProcessor = 0, kReaderProcessor = 1;  // each its own core
 
 /// Memory shared by the processes of a burst.
 struct Burst {

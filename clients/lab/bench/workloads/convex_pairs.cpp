@@ -14,7 +14,7 @@ namespace haptic {
 namespace {
 
 constexpr Vec3 kHalfAxes{20e-3, 14e-3, 10e-3};  // [m]
-constexpr int kTries = 12;
+constexpr int kTries = 12;            // directions, of which the farthest from the others is taken
 constexpr double kLeastDepth = 1e-5;  // [m]
 
 double farthest(std::span<const Vec3> points, const Vec3& way) {

@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kDegrees = 180 / kPi;
+constexpr double kDegrees = 180 / kPi;                    // of a radian
 constexpr double kTipRadius = 4e-3, kConeHeight = 20e-3;  // [m]
 constexpr double kCylinderRadius = 20e-3;                 // [m]
 constexpr double kMostOffset = 0.5e-3, kMostTilt = 0.03;  // of the peg [m], [rad]

@@ -16,13 +16,14 @@
 namespace haptic {
 namespace {
 
-constexpr double kObjectRadius = 50 * kMm, kToolRadius = 8 * kMm;
-constexpr double kDepth = 0.5 * kMm;
+constexpr double kObjectRadius = 50 * kMm,
+                 kToolRadius = 8 * kMm;           // [m], balls whose contact is known
+constexpr double kDepth = 0.5 * kMm;              // [m], of the hand in the ball
 constexpr double kSpeed = 0.1, kEdgeSpeed = 0.5;  // of the hand [m/s]
 constexpr double kPressTime = 0.2;                // in which it reaches the depth [s]
 constexpr double kRoughAbove = 50;                // [Hz]
 constexpr double kMostRough = 0.02;               // [N]; root mean square
-constexpr double kBlockHalf = 20 * kMm, kBlockHeight = 20 * kMm;
+constexpr double kBlockHalf = 20 * kMm, kBlockHeight = 20 * kMm;  // [m]
 constexpr double kPast = 1 * kMm;   // two ticks of the hand: an answer is seen one tick late, and
                                     // a plane is eased by where the proxy was a tick ago
 constexpr double kTorqueLimit = 1;  // of the device, which holds the torque that it is told [N·m]

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A bench that measures nothing.
+#include "clients/lab/support/measurement.h"
+
+namespace haptic {
+
+Measured bench_outside(Command&) {
+  return [] { return Report({{"nothing", "found", 0}}); };
+}
+
+}  // namespace haptic
