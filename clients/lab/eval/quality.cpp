@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/eval/quality.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/stability/axis_options.h"
 
-#include <algorithm>
 #include <array>
 
 #include "clients/hapt/options.h"
