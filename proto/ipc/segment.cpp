@@ -8,11 +8,10 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <sstream>
 #include <utility>
 
 #include "proto/math/assert.h"
+#include "proto/os/programs.h"
 
 // in <linux/fcntl.h>, which cannot be included next to <fcntl.h>
 #ifndef F_SEAL_FUTURE_WRITE
@@ -157,21 +156,6 @@ FileDescriptor make_sealed_file(const char* name, std::span<const std::byte> byt
   return fd;
 }
 
-uint64_t process_start_time(uint64_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  std::string text;
-  std::getline(file, text);
-  // field 22, counted from the closing bracket: the name in field 2 may hold blanks
-  const size_t bracket = text.rfind(')');
-  if (bracket == std::string::npos) return 0;
-  std::istringstream fields(text.substr(bracket + 1));
-  std::string skipped;
-  for (int field = 3; field < 22; ++field) fields >> skipped;
-  uint64_t start = 0;
-  fields >> start;
-  return start;
-}
-
 WritableSegment::WritableSegment(const SegmentSpec& spec, uint64_t generation)
     : fd_(make_memfd(std::string("haptic-") + spec.name, spec.total_bytes)) {
   // sealed first: no reader sees a file that can still shrink
@@ -188,7 +172,7 @@ WritableSegment::WritableSegment(const SegmentSpec& spec, uint64_t generation)
   h->n_channels = static_cast<uint32_t>(spec.channels.size());
   h->generation = generation;
   h->pid = static_cast<uint64_t>(getpid());
-  h->process_start = process_start_time(static_cast<uint64_t>(getpid()));
+  h->process_start = start_time_of(getpid());
   h->clock_id = CLOCK_MONOTONIC;
   for (size_t i = 0; i < spec.channels.size(); ++i) {
     const ChannelEntry& entry = spec.channels[i];

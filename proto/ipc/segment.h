@@ -53,7 +53,7 @@ struct SegmentHeader {
   U32 n_channels;
   U64 generation;  // one higher for each restart of the writer
   U64 pid;
-  U64 process_start;  // clock ticks after boot: reveals a reused pid
+  U64 process_start;  // start_time_of(pid): reveals a reused pid
   U64 clock_id;       // of every t_ns in the segment
 
   // own cache line: written once a cycle, never together with the lines above
@@ -212,9 +212,6 @@ FileDescriptor reopen_read_only(int fd);
 /// A memfd with these bytes, sealed against any change; hands the session's configuration to the
 /// children. Throws SegmentError.
 FileDescriptor make_sealed_file(const char* name, std::span<const std::byte> bytes);
-
-/// Start of a process in clock ticks after boot (/proc/<pid>/stat); 0: no such process.
-uint64_t process_start_time(uint64_t pid);
 
 /// Memory of a writer: created, sized, mapped; sealed by publish().
 class WritableSegment {
