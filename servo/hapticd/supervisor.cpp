@@ -17,6 +17,7 @@
 #include "proto/config/devices.h"
 #include "proto/ipc/control.h"
 #include "proto/ipc/process.h"
+#include "proto/ipc/sessions.h"
 #include "proto/math/units.h"
 #include "proto/os/message.h"
 #include "proto/os/programs.h"

@@ -12,8 +12,9 @@
 #include <vector>
 
 #include "proto/config/config.h"
+#include "proto/ipc/attachments.h"
 #include "proto/ipc/control_socket.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/handout_server.h"
 #include "proto/ipc/segment.h"
 #include "servo/hapticd/child_process.h"
 #include "servo/hapticd/device_guard.h"

@@ -18,6 +18,7 @@
 #include "clients/library/client.h"
 #include "clients/report/median.h"
 #include "proto/config/command_line.h"
+#include "proto/ipc/sessions.h"
 #include "proto/os/progress.h"
 #include "proto/os/session_file.h"
 

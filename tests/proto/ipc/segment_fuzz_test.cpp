@@ -12,7 +12,7 @@
 #include <span>
 #include <thread>
 
-#include "proto/ipc/handout.h"
+#include "proto/ipc/ring_source.h"
 #include "tests/proto/ipc/segment_image.h"
 #include "tests/support/torture_scale.h"
 
