@@ -17,6 +17,7 @@
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/handout_message.h"
 #include "proto/ipc/handout_server.h"
+#include "proto/ipc/segment.h"
 #include "proto/ipc/sessions.h"
 #include "servo/hapticd/command.h"
 #include "tests/fuzz/fuzz_run.h"
