@@ -2,7 +2,7 @@
 #pragma once
 
 #include "device-io/device.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/attachments.h"
 #include "proto/os/realtime.h"
 #include "servo/step.h"
 

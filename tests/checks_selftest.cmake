@@ -100,7 +100,7 @@ if(CHECK MATCHES "layering")
           spdlog/spdlog.h boost/interprocess/mapped_region.hpp)
     expect_include_breach(servo/step.cpp "<${header}>")
   endforeach()
-  foreach(header IN ITEMS config/command_line ipc/segment ipc/handout ipc/process os/realtime
+  foreach(header IN ITEMS config/command_line ipc/segment ipc/attachments ipc/process os/realtime
           os/source_tree log/trace log/mcap)
     expect_include_breach(sim/step.cpp "\"proto/${header}.h\"")
   endforeach()

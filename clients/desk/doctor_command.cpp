@@ -6,7 +6,7 @@
 #include "clients/desk/findings.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/sessions.h"
 
 namespace haptic {
 namespace {

@@ -32,6 +32,7 @@
 #include "proto/config/read/config_shape.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/ipc/process.h"
+#include "proto/ipc/sessions.h"
 #include "proto/log/hand_trace.h"
 #include "proto/log/trace.h"
 #include "proto/os/message.h"

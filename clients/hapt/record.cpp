@@ -20,6 +20,7 @@
 #include "proto/config/command_line.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
+#include "proto/ipc/sessions.h"
 #include "proto/os/message.h"
 #include "proto/os/priorities.h"
 #include "proto/os/progress.h"

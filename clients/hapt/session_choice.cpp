@@ -4,6 +4,7 @@
 #include "clients/hapt/options.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
+#include "proto/ipc/sessions.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "proto/ipc/sessions.h"
+
 namespace haptic {
 namespace {
 

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "clients/library/eyes.h"
+#include "proto/ipc/attachments.h"
 #include "proto/ipc/channels.h"
-#include "proto/ipc/handout.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {

@@ -7,8 +7,8 @@
 #include <mutex>
 #include <string>
 
+#include "proto/ipc/attachments.h"
 #include "proto/ipc/eye_file.h"
-#include "proto/ipc/handout.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {

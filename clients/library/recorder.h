@@ -13,7 +13,7 @@
 #include "clients/library/eyes.h"
 #include "clients/library/standard_messages.h"
 #include "clients/log/trace_writer.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/attachments.h"
 #include "proto/log/trace.h"
 
 namespace haptic {

@@ -12,10 +12,8 @@ LogColumn column_of_comparison(const std::string& name) {
 
 std::vector<LogColumn> log_columns(const TraceReader& trace) {
   std::vector<LogColumn> wanted;
-  const auto& metadata = trace.mcap().metadata();
-  if (const auto record = metadata.find("comparison"); record != metadata.end()) {
-    const auto list = record->second.find("columns");
-    std::istringstream names(list == record->second.end() ? "" : list->second);
+  if (trace.mcap().metadata().contains("comparison")) {
+    std::istringstream names(trace.mcap().metadata("comparison", "columns"));
     for (std::string name; std::getline(names, name, ',');) {
       wanted.push_back(column_of_comparison(name));
     }

@@ -3,8 +3,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <limits>
-#include <list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,10 +13,9 @@
 
 namespace haptic {
 
-/// Random access to a recording, for a viewer: the records of any tick, by the index of the file's
-/// chunks; of a file without an end, which may still grow, by the headers of its chunks. It holds
-/// the index and a few chunks in memory, whatever the length of the file. Not for two threads at
-/// once; another thread opens the file itself.
+/// The records of any tick of a recording, for a viewer. It holds the index and a few chunks in
+/// memory, whatever the length of the file. Not for two threads at once; another thread opens the
+/// file itself.
 ///
 ///   LogIndex log("out.mcap");
 ///   std::optional<ServoFrame> frame = log.frame_at(log.first_tick() + 5000);
@@ -32,6 +29,7 @@ class LogIndex {
  public:
   /// Throws McapError: no recording, or one without servo frames.
   explicit LogIndex(const std::string& path);
+  LogIndex(const LogIndex&) = delete;
 
   const std::vector<LogColumn>& columns() const { return columns_; }
   uint64_t first_tick() const { return first_tick_; }
@@ -59,47 +57,15 @@ class LogIndex {
   const TraceReader& trace() const { return trace_; }
 
  private:
-  /// A chunk, unpacked.
-  struct Chunk {
-    struct Message {
-      uint16_t channel;
-      int64_t t_ns;  // publish time
-      McapMessage message;
-      size_t offset, size;  // of its data
-    };
-    size_t number = 0;
-    std::vector<Message> messages;
-    std::vector<std::byte> bytes;
-  };
-  /// A topic, with what is known of the chunks that may hold it.
-  struct Lane {
-    std::optional<TopicDecoder> decoder;
-    std::vector<size_t> chunks;     // in file order
-    std::vector<int64_t> first_ns;  // of its messages in each; kUnread, or kNone
-    size_t listed = 0;              // chunks of the file looked at for `chunks`
-  };
   struct Lanes {
-    Lane servo, contact, sim;
+    TopicCursor servo, contact, sim;
   };
-  struct Place {
-    size_t chunk = 0, message = 0;  // in lane.chunks, and of all messages in it
-  };
-  static constexpr int64_t kUnread = std::numeric_limits<int64_t>::min();
-  static constexpr int64_t kNone = std::numeric_limits<int64_t>::max();
-
-  void list_chunks(Lane& lane);
   void find_bounds();
-  const Chunk& load(size_t number);
-  int64_t first_in(Lane& lane, size_t at);
-  std::optional<Place> last_until(Lane& lane, int64_t t_ns);
-  bool step_back(Lane& lane, Place& place);
-  bool step_on(Lane& lane, Place& place);
-  const std::byte* record_at(Lane& lane, const Place& place, int64_t& t_ns);
+  int64_t half_tick_ns() const;
 
   TraceReader trace_;
   std::vector<LogColumn> columns_;
-  std::vector<Lanes> lanes_;  // of each column
-  std::list<Chunk> loaded_;   // the last used first
+  std::vector<Lanes> lanes_;  // of each column; moved to a place by whoever reads
   uint64_t first_tick_ = 0, last_tick_ = 0;
   int64_t first_ns_ = 0;
   double rate_ = 1000;

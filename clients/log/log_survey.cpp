@@ -2,20 +2,15 @@
 #include "clients/log/log_survey.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace haptic {
-namespace {
-
-void merge(const LogStep& from, LogStep& into) {
-  for (size_t i = 0; i < kNumPlotted && from.frames > 0; ++i) {
-    into.low[i] = into.frames == 0 ? from.low[i] : std::min(into.low[i], from.low[i]);
-    into.high[i] = into.frames == 0 ? from.high[i] : std::max(into.high[i], from.high[i]);
+void LogStep::add(const LogStep& more) {
+  for (size_t i = 0; i < kNumPlotted && more.frames > 0; ++i) {
+    low[i] = frames == 0 ? more.low[i] : std::min(low[i], more.low[i]);
+    high[i] = frames == 0 ? more.high[i] : std::max(high[i], more.high[i]);
   }
-  into.frames += from.frames;
+  frames += more.frames;
 }
-
-}  // namespace
 
 std::array<double, kNumPlotted> PlottedOf::operator()(const ServoFrame& frame) {
   const Vec3 f = rotate(q_WB_, frame.F_device_B.f), t = rotate(q_WB_, frame.F_device_B.t);
@@ -43,33 +38,26 @@ double PlottedOf::contact_rate(const ServoFrame& frame) {
   return counts ? static_cast<double>(frame.contact_seq - before.seq) / seconds : 0;
 }
 
-LogSurvey::LogSurvey(const std::string& path, const Quat& q_WB) : index_(path), trace_(path) {
+LogSurvey::LogSurvey(const LogIndex& index, const Quat& q_WB) : index_(index) {
   for (const LogColumn& column : index_.columns()) {
-    runs_.emplace_back(q_WB).decoder = trace_.decoder(info_of(Topic<ServoFrame>{column.servo}));
+    const Topic<ServoFrame> topic{column.servo};
+    runs_.push_back({.frames = {index_.trace(), info_of(topic)}, .plotted = PlottedOf(q_WB)});
   }
 }
 
 double LogSurvey::share() const {
-  const size_t all = trace_.mcap().chunks().size();
+  const size_t all = index_.trace().mcap().chunks().size();
   return all == 0 ? 1 : static_cast<double>(next_chunk_) / static_cast<double>(all);
 }
 
 bool LogSurvey::advance(size_t chunks) {
-  const std::vector<McapChunkIndex>& all = trace_.mcap().chunks();
-  for (; chunks > 0 && next_chunk_ < all.size(); --chunks, ++next_chunk_) {
-    const auto& index = all[next_chunk_].index_offsets;
-    const auto has = [&](const Run& run) { return index.contains(run.decoder->channel()); };
-    if (!index.empty() && std::ranges::none_of(runs_, has)) continue;
-    trace_.mcap().for_each_in(all[next_chunk_], [&](const McapMessage& message) {
-      for (uint32_t i = 0; i < runs_.size(); ++i) {
-        if (message.channel != runs_[i].decoder->channel()) continue;
-        ServoFrame frame;
-        std::memcpy(&frame, runs_[i].decoder->decode(message), sizeof frame);
-        add(frame, i);
-      }
-    });
+  const size_t all = index_.trace().mcap().chunks().size();
+  for (; chunks > 0 && next_chunk_ < all; --chunks, ++next_chunk_) {
+    for (uint32_t i = 0; i < runs_.size(); ++i) {
+      while (runs_[i].frames.next(next_chunk_)) add(runs_[i].frames.read<ServoFrame>(), i);
+    }
   }
-  return next_chunk_ < all.size();
+  return next_chunk_ < all;
 }
 
 void LogSurvey::add(const ServoFrame& frame, uint32_t column) {
@@ -93,8 +81,7 @@ void LogSurvey::add(const ServoFrame& frame, uint32_t column) {
   if (number >= kMostSteps) return;
   if (run.steps.size() <= number) run.steps.resize(number + 1);
   const std::array<double, kNumPlotted> now = run.plotted(frame);
-  LogStep one{tick, tick, 1, now, now};
-  merge(one, run.steps[number]);
+  run.steps[number].add({tick, tick, 1, now, now});
 }
 
 std::vector<LogStep> LogSurvey::overview(uint64_t from, uint64_t to, size_t n,
@@ -111,7 +98,7 @@ std::vector<LogStep> LogSurvey::overview(uint64_t from, uint64_t to, size_t n,
                               from + static_cast<uint64_t>(each * static_cast<double>(k + 1)) - 1);
     const uint64_t begin = (std::max(step.first_tick, first) - first) / kStepTicks;
     const uint64_t end = (std::max(step.last_tick, first) - first) / kStepTicks;
-    for (uint64_t i = begin; i <= end && i < steps.size(); ++i) merge(steps[i], step);
+    for (uint64_t i = begin; i <= end && i < steps.size(); ++i) step.add(steps[i]);
   }
   return out;
 }

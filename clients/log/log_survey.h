@@ -67,20 +67,22 @@ class PlottedOf {
 struct LogStep {
   uint64_t first_tick = 0, last_tick = 0, frames = 0;
   std::array<double, kNumPlotted> low{}, high{};
+
+  /// Adds the values of others; first and last tick stay.
+  void add(const LogStep& more);
 };
 
 /// The overview of a whole recording: marks, and smallest and largest values in steps of
 /// kStepTicks. It has to read every frame, so it is done piece by piece, on a thread or between two
-/// requests; it has a reader of its own.
+/// requests.
 class LogSurvey {
  public:
-  /// `q_WB`: the base of the device in W, for the components of the force. Throws as LogIndex.
-  explicit LogSurvey(const std::string& path, const Quat& q_WB = {});
+  /// `index` must outlive it. `q_WB`: the base of the device in W, for the components of the force.
+  explicit LogSurvey(const LogIndex& index, const Quat& q_WB = {});
 
-  /// Reads that many more chunks. True as long as there are more.
+  /// Reads that many more chunks, also of what the index has found since. True as long as there are
+  /// more. Throws McapError.
   bool advance(size_t chunks);
-  /// Continues with what has been recorded since.
-  bool refresh() { return trace_.mcap().refresh(); }
   /// Share of the file that has been read.
   double share() const;
 
@@ -92,17 +94,15 @@ class LogSurvey {
 
  private:
   struct Run {  // of a column
-    explicit Run(const Quat& q_WB) : plotted(q_WB) {}
-    std::optional<TopicDecoder> decoder;
+    TopicCursor frames;
     PlottedOf plotted;
-    std::vector<LogStep> steps;
+    std::vector<LogStep> steps{};
     uint64_t last_contact = 0, skipped = 0;
     bool was_faulty = false, has_begun = false;
   };
   void add(const ServoFrame& frame, uint32_t column);
 
-  LogIndex index_;  // for the numbers of the ticks
-  TraceReader trace_;
+  const LogIndex& index_;
   std::vector<Run> runs_;
   std::vector<LogMark> marks_;
   size_t next_chunk_ = 0;

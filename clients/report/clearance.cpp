@@ -118,13 +118,7 @@ size_t Clearance::nearest() const {
 }
 
 SessionConfig carried_session(const std::string& log) {
-  const McapReader file(log);
-  const auto recording = file.metadata().find("recording");
-  std::string text;
-  if (recording != file.metadata().end()) {
-    const auto config = recording->second.find("config");
-    if (config != recording->second.end()) text = config->second;
-  }
+  const std::string text = McapReader(log).metadata("recording", "config");
   if (text.empty()) {
     throw InputError(shown(log) +
                      ": has no session file inside, which says what tool and objects "

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "clients/log/log_columns.h"
-#include "clients/log/topic_cursor.h"
+#include "proto/log/csv.h"
 #include "proto/os/message.h"
 
 namespace haptic {
@@ -32,15 +32,10 @@ std::vector<Field> compared_fields(bool exact) {
 }
 
 double number_of(const std::byte* record, const Field& field) {
-  const std::byte* at = record + field.offset;
-  const auto as = [&](auto value) {
-    std::memcpy(&value, at, sizeof value);
-    return static_cast<double>(value);
-  };
-  if (field.type == "float64") return as(double{});
-  if (field.type == "uint32") return as(uint32_t{});
-  if (field.type == "int64") return as(int64_t{});
-  return as(uint64_t{});
+  double number = 0;
+  with_number(field.type, record + field.offset,
+              [&](auto value) { number = static_cast<double>(value); });
+  return number;
 }
 
 /// The servo frames of one column of a file, one after the other.
@@ -50,12 +45,12 @@ class Frames {
       : trace_(path), topic_(topic_of(path, column)), cursor_(trace_, info_of(topic())) {
     advance();
   }
-  bool has() const { return bytes_ != nullptr; }
+  bool has() const { return has_; }
   const ServoFrame& frame() const { return frame_; }
-  const std::byte* bytes() const { return bytes_; }
+  const std::byte* bytes() const { return reinterpret_cast<const std::byte*>(&frame_); }
   void advance() {
-    bytes_ = cursor_.next();
-    if (bytes_ != nullptr) std::memcpy(&frame_, bytes_, sizeof frame_);
+    has_ = cursor_.next();
+    if (has_) frame_ = cursor_.read<ServoFrame>();
   }
 
  private:
@@ -75,7 +70,7 @@ class Frames {
   std::string topic_;
   TopicCursor cursor_;
   ServoFrame frame_{};
-  const std::byte* bytes_ = nullptr;
+  bool has_ = false;
 };
 
 /// Notes the first difference.

@@ -84,27 +84,17 @@ void add_message(const McapMessage& message, std::map<uint16_t, Channel>& channe
   add_frame(frame, channel.skipped, info);
 }
 
-std::string value_of(const McapMetadata& metadata, const std::string& key) {
-  const auto found = metadata.find(key);
-  return found == metadata.end() ? "" : found->second;
-}
-
 void add_metadata(const McapReader& mcap, LogInfo& info) {
-  const auto& all = mcap.metadata();
-  if (const auto recording = all.find("recording"); recording != all.end()) {
-    info.session = value_of(recording->second, "session");
-    info.version = value_of(recording->second, "version");
-    info.abi = value_of(recording->second, "abi");
-    info.host = value_of(recording->second, "host");
-    info.has_config = !value_of(recording->second, "config").empty();
-  }
-  if (const auto counts = all.find("counts"); counts != all.end()) {
-    info.knows_losses = true;
-    for (TopicSummary& topic : info.topics) {
-      topic.lost =
-          std::strtoull(value_of(counts->second, topic.topic + " lost").c_str(), nullptr, 10);
-      info.lost += topic.lost;
-    }
+  info.session = mcap.metadata("recording", "session");
+  info.version = mcap.metadata("recording", "version");
+  info.abi = mcap.metadata("recording", "abi");
+  info.host = mcap.metadata("recording", "host");
+  info.has_config = !mcap.metadata("recording", "config").empty();
+  info.knows_losses = mcap.metadata().contains("counts");
+  for (TopicSummary& topic : info.topics) {
+    const std::string lost = mcap.metadata("counts", topic.topic + " lost");
+    topic.lost = std::strtoull(lost.c_str(), nullptr, 10);
+    info.lost += topic.lost;
   }
 }
 

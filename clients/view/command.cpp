@@ -17,6 +17,7 @@
 #include "proto/config/command_line.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
+#include "proto/ipc/sessions.h"
 #include "proto/os/environment.h"
 #include "proto/os/programs.h"
 #include "proto/os/source_tree.h"

@@ -86,16 +86,11 @@ void LogSource::look() {
 
 /// Fills in what stays the same while the log is played: session file, meshes, columns.
 void LogSource::describe() {
-  const McapReader& file = index_->trace().mcap();
-  const auto recording = file.metadata().find("recording");
-  if (recording != file.metadata().end()) {
-    const auto config = recording->second.find("config");
-    const std::string text = config == recording->second.end() ? "" : config->second;
-    const std::string problem = text.empty() ? "" : use_config(info_, text);
-    if (!problem.empty()) {
-      tell("the session file in it cannot be read here, so the page lacks names and limits: " +
-           problem);
-    }
+  const std::string text = index_->trace().mcap().metadata("recording", "config");
+  const std::string problem = text.empty() ? "" : use_config(info_, text);
+  if (!problem.empty()) {
+    tell("the session file in it cannot be read here, so the page lacks names and limits: " +
+         problem);
   }
   if (info_.config) {
     view_.X_WB = info_.config->map.X_WB;

@@ -25,15 +25,6 @@ constexpr std::array<const char*, kNumPlotted> kNames{
     "force_x",  "force_y", "force_z", "force",     "torque_x",    "torque_y",
     "torque_z", "torque",  "depth",   "wake_late", "contact_rate"};
 
-LogStep merged(LogStep into, const std::array<double, kNumPlotted>& values) {
-  for (size_t i = 0; i < kNumPlotted; ++i) {
-    into.low[i] = into.frames == 0 ? values[i] : std::min(into.low[i], values[i]);
-    into.high[i] = into.frames == 0 ? values[i] : std::max(into.high[i], values[i]);
-  }
-  ++into.frames;
-  return into;
-}
-
 Json column_json(const std::string& name, const std::vector<LogStep>& steps) {
   Json column{{"name", name}};
   for (size_t i = 0; i < kNumPlotted; ++i) {
@@ -50,12 +41,11 @@ Json column_json(const std::string& name, const std::vector<LogStep>& steps) {
 }  // namespace
 
 LogStudy::LogStudy(const std::string& path, const Quat& q_WB)
-    : index_(path), survey_(path, q_WB), q_WB_(q_WB) {}
+    : index_(path), survey_(index_, q_WB), q_WB_(q_WB) {}
 
 LogStudy::Piece LogStudy::advance() {
   Piece piece;
   index_.refresh();
-  survey_.refresh();
   const double before = survey_.share();
   const int64_t end = now_ns() + kPieceTime;
   do {
@@ -118,8 +108,8 @@ std::vector<LogStep> LogStudy::exact_steps(double from, double to, size_t n, siz
         const auto values = plotted(frame);
         const int64_t after = frame.t_ns - begin;
         if (after < 0 || after >= span) return;
-        LogStep& step = steps[static_cast<size_t>(after * static_cast<int64_t>(n) / span)];
-        step = merged(step, values);
+        const auto at = static_cast<size_t>(after * static_cast<int64_t>(n) / span);
+        steps[at].add({0, 0, 1, values, values});
       });
   return steps;
 }

@@ -10,7 +10,7 @@
 
 namespace haptic {
 
-/// The jobs that read long parts of a log: its marks, overviews and selections. It has readers of
+/// The jobs that read long parts of a log: its marks, overviews and selections. It has a reader of
 /// its own, for a thread of its own.
 class LogStudy {
  public:

@@ -16,6 +16,7 @@
 #include "clients/library/client.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/ipc/control_socket.h"
+#include "proto/ipc/sessions.h"
 #include "proto/os/message.h"
 
 namespace haptic {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A client's end of the handout.
+#include "proto/ipc/attachments.h"
+
 #include <poll.h>
 #include <sys/eventfd.h>
 
@@ -9,8 +10,6 @@
 #include <limits>
 #include <utility>
 
-#include "proto/ipc/handout.h"
-#include "proto/ipc/handout_message.h"
 #include "proto/math/assert.h"
 #include "proto/os/realtime.h"
 
@@ -55,9 +54,7 @@ Attachments::Attachments(FileDescriptor socket, AttachOptions options)
     : socket_(std::move(socket)),
       stop_event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       options_(std::move(options)) {
-  if (!stop_event_.is_open()) {
-    throw HandoutError(std::string("cannot make an event descriptor: ") + std::strerror(errno));
-  }
+  if (!stop_event_.is_open()) throw_errno("cannot make an event descriptor");
 }
 
 Attachments::~Attachments() {

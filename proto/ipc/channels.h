@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <tuple>
 
 #include "proto/ipc/eye_file.h"
 #include "proto/ipc/packed_ring.h"
@@ -89,6 +90,7 @@ struct ServoChannels {
   Ring<ServoFrame, 4096> frames;
   Ring<Event, 256> events;
   Ring<DeviceRelease, 4> releases;
+  using Rings = std::tuple<decltype(frames), decltype(events), decltype(releases)>;
 };
 
 struct ContactChannels {
@@ -96,6 +98,7 @@ struct ContactChannels {
   static constexpr const char* kName = contact_name(kFirstHand);
   PackedRing<ContactSet, 4096, 12 << 20> sets;
   Ring<Event, 256> events;
+  using Rings = std::tuple<decltype(sets), decltype(events)>;
 };
 
 struct SimChannels {
@@ -103,6 +106,7 @@ struct SimChannels {
   static constexpr const char* kName = "sim";
   PackedRing<SceneFrame, 2048, 8 << 20> frames;
   Ring<Event, 256> events;
+  using Rings = std::tuple<decltype(frames), decltype(events)>;
 };
 
 struct ControlChannels {
@@ -110,6 +114,7 @@ struct ControlChannels {
   static constexpr const char* kName = "control";
   Ring<ControlFrame, 64> frames;
   Ring<Event, 256> events;
+  using Rings = std::tuple<decltype(frames), decltype(events)>;
 };
 
 }  // namespace haptic

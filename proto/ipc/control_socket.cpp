@@ -13,7 +13,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "proto/ipc/unix_socket.h"
+#include "proto/ipc/sessions.h"
 #include "proto/math/assert.h"
 #include "proto/os/message.h"
 
@@ -51,7 +51,7 @@ ControlServer::ControlServer(const std::string& session)
 void ControlServer::wait_for_peers() {
   epoll_event event{EPOLLIN, {.u64 = kDoor}};
   if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, listener_.fd(), &event) != 0) {
-    throw HandoutError(std::string("cannot wait for commands: ") + std::strerror(errno));
+    throw_errno("cannot wait for commands");
   }
 }
 

@@ -11,11 +11,12 @@
 #include <string_view>
 
 #include "proto/config/config.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/unix_socket.h"
+#include "proto/os/realtime.h"
 
 /// The control socket: one line of text to `<runtime folder>/<session>.control`, one line back, or
 /// the text of the session file. Only hapticd's own user and root can connect. Others may watch
-/// (handout.h) without delaying a command. A Unix socket: nothing listens on a network.
+/// (handout_server.h) without delaying a command. A Unix socket: nothing listens on a network.
 namespace haptic {
 
 /// Longest command [bytes].

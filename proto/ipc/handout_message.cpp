@@ -9,6 +9,7 @@
 #include <cstring>
 #include <vector>
 
+#include "proto/ipc/unix_socket.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -41,6 +42,12 @@ FileDescriptor only_descriptor(msghdr& message) {
 
 }  // namespace
 
+Announcement make_announcement(SegmentId id, uint64_t generation, const char* name) {
+  Announcement announcement{kHandoutProtocol, id, generation, {}};
+  assign(announcement.name, name);
+  return announcement;
+}
+
 bool send_announcement(int socket, const Announcement& announcement, int fd) {
   iovec data{const_cast<Announcement*>(&announcement), sizeof announcement};
   alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
@@ -56,6 +63,13 @@ bool send_announcement(int socket, const Announcement& announcement, int fd) {
   part->cmsg_len = CMSG_LEN(sizeof(int));
   std::memcpy(CMSG_DATA(part), &fd, sizeof fd);
   return sendmsg(socket, &message, MSG_DONTWAIT | MSG_NOSIGNAL) == sizeof announcement;
+}
+
+void offer_segment(int socket, SegmentId id, uint64_t generation, const char* name, int fd) {
+  HAPTIC_ASSERT(name != nullptr && fd >= 0);
+  if (!send_announcement(socket, make_announcement(id, generation, name), fd)) {
+    throw_errno(std::string("cannot offer segment '") + name + "' to hapticd");
+  }
 }
 
 void send_refusal(int socket, const std::string& why) {

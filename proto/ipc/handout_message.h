@@ -21,8 +21,14 @@ struct Announcement {
 };
 inline constexpr uint32_t kHandoutProtocol = 1;  // raise it when an announcement changes
 
+/// An announcement of this protocol.
+Announcement make_announcement(SegmentId id, uint64_t generation, const char* name);
+
 /// One announcement with its descriptor. Never blocks; false: it was not sent.
 bool send_announcement(int socket, const Announcement& announcement, int fd);
+
+/// For children: gives its segment to hapticd. Throws HandoutError.
+void offer_segment(int socket, SegmentId id, uint64_t generation, const char* name, int fd);
 
 /// Tells a client why it is refused, before the server hangs up. Cut at 255 bytes.
 void send_refusal(int socket, const std::string& why);

@@ -11,7 +11,8 @@
 #include <string_view>
 
 #include "proto/config/config.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/attachments.h"
+#include "proto/ipc/handout_message.h"
 #include "proto/ipc/segment.h"
 #include "proto/math/assert.h"
 #include "proto/os/message.h"

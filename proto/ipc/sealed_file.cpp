@@ -26,8 +26,8 @@ SealedMapping map_sealed_file(FileDescriptor fd, size_t most) {
   if (fstat(fd.get(), &status) != 0) fail(SegmentFault::kSystem, std::strerror(errno));
   if (status.st_size == 0) fail(SegmentFault::kTooShort, "it is empty");
   if (std::cmp_greater(status.st_size, most)) {
-    fail(SegmentFault::kWrongTable, std::to_string(status.st_size) + " bytes, more than is read (" +
-                                        std::to_string(most) + ")");
+    fail(SegmentFault::kTooLong, std::to_string(status.st_size) + " bytes, more than is read (" +
+                                     std::to_string(most) + ")");
   }
   const auto size = static_cast<size_t>(status.st_size);
   void* memory = mmap(nullptr, size, PROT_READ, MAP_SHARED, fd.get(), 0);

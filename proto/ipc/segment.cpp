@@ -8,11 +8,10 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <sstream>
 #include <utility>
 
 #include "proto/math/assert.h"
+#include "proto/os/programs.h"
 
 // in <linux/fcntl.h>, which cannot be included next to <fcntl.h>
 #ifndef F_SEAL_FUTURE_WRITE
@@ -107,25 +106,6 @@ class Validation {
             SegmentFault::kWrongAbi, std::string("its times are of another clock; ") + kRebuild);
   }
 
-  void check_table(const SegmentHeader& header) const {
-    require(header.n_channels.load(std::memory_order_relaxed) == spec_.channels.size(),
-            SegmentFault::kWrongTable, "wrong number of channels");
-    for (size_t i = 0; i < spec_.channels.size(); ++i) {
-      const ChannelEntry& expected = spec_.channels[i];
-      const SegmentHeader::Entry& entry = header.channels[i];
-      const uint64_t offset = entry.offset.load(std::memory_order_relaxed);
-      const uint64_t bytes = entry.bytes.load(std::memory_order_relaxed);
-      // cannot wrap: bytes is compared before it is subtracted
-      require(bytes <= spec_.total_bytes && offset <= spec_.total_bytes - bytes,
-              SegmentFault::kWrongTable, "channel " + std::to_string(i) + " lies outside of it");
-      require(offset == expected.offset && bytes == expected.bytes &&
-                  entry.name_hash.load(std::memory_order_relaxed) == expected.name_hash &&
-                  entry.capacity.load(std::memory_order_relaxed) == expected.capacity &&
-                  entry.record_hash.load(std::memory_order_relaxed) == expected.record_hash,
-              SegmentFault::kWrongTable, "channel " + std::to_string(i) + " is not as expected");
-    }
-  }
-
  private:
   static constexpr const char* kRebuild =
       "build all programs of the session from the same source and restart it";
@@ -157,25 +137,10 @@ FileDescriptor make_sealed_file(const char* name, std::span<const std::byte> byt
   return fd;
 }
 
-uint64_t process_start_time(uint64_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  std::string text;
-  std::getline(file, text);
-  // field 22, counted from the closing bracket: the name in field 2 may hold blanks
-  const size_t bracket = text.rfind(')');
-  if (bracket == std::string::npos) return 0;
-  std::istringstream fields(text.substr(bracket + 1));
-  std::string skipped;
-  for (int field = 3; field < 22; ++field) fields >> skipped;
-  uint64_t start = 0;
-  fields >> start;
-  return start;
-}
-
 WritableSegment::WritableSegment(const SegmentSpec& spec, uint64_t generation)
     : fd_(make_memfd(std::string("haptic-") + spec.name, spec.total_bytes)) {
   // sealed first: no reader sees a file that can still shrink
-  HAPTIC_ASSERT(spec.channels.size() <= kMaxChannels && spec.total_bytes >= sizeof(SegmentHeader));
+  HAPTIC_ASSERT(spec.total_bytes >= sizeof(SegmentHeader));
   add_seals(fd_.get(), F_SEAL_SHRINK | F_SEAL_GROW);
   region_ = map_all(fd_.get(), bip::read_write, spec.total_bytes);
 
@@ -185,19 +150,10 @@ WritableSegment::WritableSegment(const SegmentSpec& spec, uint64_t generation)
   h->layout_hash = spec.layout_hash;
   h->total_bytes = spec.total_bytes;
   h->segment_id = static_cast<uint32_t>(spec.id);
-  h->n_channels = static_cast<uint32_t>(spec.channels.size());
   h->generation = generation;
   h->pid = static_cast<uint64_t>(getpid());
-  h->process_start = process_start_time(static_cast<uint64_t>(getpid()));
+  h->process_start = start_time_of(getpid());
   h->clock_id = CLOCK_MONOTONIC;
-  for (size_t i = 0; i < spec.channels.size(); ++i) {
-    const ChannelEntry& entry = spec.channels[i];
-    h->channels[i].name_hash = entry.name_hash;
-    h->channels[i].offset = entry.offset;
-    h->channels[i].bytes = entry.bytes;
-    h->channels[i].capacity = entry.capacity;
-    h->channels[i].record_hash = entry.record_hash;
-  }
 }
 
 void WritableSegment::publish() {
@@ -208,13 +164,11 @@ void WritableSegment::publish() {
 
 SegmentMapping::SegmentMapping(FileDescriptor fd, const SegmentSpec& spec,
                                const ViewOptions& options) {
-  HAPTIC_ASSERT(spec.channels.size() <= kMaxChannels);
   const Validation check(spec);
   check.check_file(fd.get());
   region_ = map_all(fd.get(), bip::read_only, spec.total_bytes);
   check.check_magic(header(), options.ready_timeout_ns);
   check.check_header(header());
-  check.check_table(header());
   generation_ = header().generation.load(std::memory_order_relaxed);
   // only now: what is refused costs no memory
   madvise(region_.get_address(), region_.get_size(), MADV_POPULATE_READ);

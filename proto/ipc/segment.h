@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -21,20 +22,10 @@
 #include "proto/wire/schema.h"
 
 /// A segment: one writer's rings in one memfd, sealed so that nobody else can write or resize it.
-/// Its header describes the contents, which a reader checks before use.
+/// Its header holds a hash of the layout of the contents, which a reader checks before use.
 namespace haptic {
 
 inline constexpr uint64_t kSegmentMagic = 0x3147'4553'5450'4148;  // "HAPTSEG1", little endian
-inline constexpr uint32_t kMaxChannels = 8;  // of a segment; the servo has three
-
-/// One ring of a segment.
-struct ChannelEntry {
-  uint64_t name_hash;    // FNV-1a of the channel's name
-  uint64_t offset;       // from the start of the segment [bytes]
-  uint64_t bytes;        // of the whole ring
-  uint64_t capacity;     // slots
-  uint64_t record_hash;  // size, alignment and schema text of the item
-};
 
 enum class SegmentState : uint32_t { kInit = 0, kRun = 1, kDrain = 2, kDead = 3 };
 
@@ -50,10 +41,9 @@ struct SegmentHeader {
   U64 layout_hash;
   U64 total_bytes;
   U32 segment_id;
-  U32 n_channels;
   U64 generation;  // one higher for each restart of the writer
   U64 pid;
-  U64 process_start;  // clock ticks after boot: reveals a reused pid
+  U64 process_start;  // start_time_of(pid): reveals a reused pid
   U64 clock_id;       // of every t_ns in the segment
 
   // own cache line: written once a cycle, never together with the lines above
@@ -64,10 +54,9 @@ struct SegmentHeader {
   std::atomic<int32_t> fifo_errno;    // why SCHED_FIFO was refused; 0: it was not
   std::atomic<int32_t> memory_errno;  // why locked memory was; 0: it was not
 
-  struct Entry {
-    U64 name_hash, offset, bytes, capacity, record_hash;
-  };
-  alignas(128) std::array<Entry, kMaxChannels> channels;
+  // zero; a client of an older version, which had a table here, finds the file long enough to read
+  // that its layout is another
+  alignas(128) std::array<U64, 48> reserved;
 };
 static_assert(std::is_standard_layout_v<SegmentHeader> && sizeof(SegmentHeader) == 640);
 static_assert(SegmentHeader::U64::is_always_lock_free && SegmentHeader::U32::is_always_lock_free);
@@ -85,7 +74,7 @@ enum class SegmentFault {
   kWrongAbi,     // written by another version of the program
   kWrongLayout,  // same version, other structs
   kWrongKind,    // another process's segment
-  kWrongTable,   // a channel out of bounds or misplaced
+  kTooLong,      // a sealed file larger than what is read
 };
 
 struct SegmentError : MessageError {
@@ -119,55 +108,7 @@ constexpr uint64_t record_hash() {
   return hash;
 }
 
-/// The rings of a channel struct: a specialisation's `value` is an array of ChannelEntry with
-/// offsets relative to the struct.
-template <typename Channels>
-struct ChannelTable;
-
-template <typename RingType>
-constexpr ChannelEntry describe_ring(std::string_view name, size_t offset) {
-  return {fnv1a(name), offset, sizeof(RingType), RingType::kCapacity,
-          record_hash<typename RingType::Item>()};
-}
-
-template <>
-struct ChannelTable<ServoChannels> {
-  static constexpr std::array value{
-      describe_ring<decltype(ServoChannels::frames)>("frames", offsetof(ServoChannels, frames)),
-      describe_ring<decltype(ServoChannels::events)>("events", offsetof(ServoChannels, events)),
-      describe_ring<decltype(ServoChannels::releases)>("releases",
-                                                       offsetof(ServoChannels, releases))};
-};
-template <>
-struct ChannelTable<ContactChannels> {
-  static constexpr std::array value{
-      describe_ring<decltype(ContactChannels::sets)>("sets", offsetof(ContactChannels, sets)),
-      describe_ring<decltype(ContactChannels::events)>("events",
-                                                       offsetof(ContactChannels, events))};
-};
-template <>
-struct ChannelTable<SimChannels> {
-  static constexpr std::array value{
-      describe_ring<decltype(SimChannels::frames)>("frames", offsetof(SimChannels, frames)),
-      describe_ring<decltype(SimChannels::events)>("events", offsetof(SimChannels, events))};
-};
-template <>
-struct ChannelTable<ControlChannels> {
-  static constexpr std::array value{
-      describe_ring<decltype(ControlChannels::frames)>("frames", offsetof(ControlChannels, frames)),
-      describe_ring<decltype(ControlChannels::events)>("events",
-                                                       offsetof(ControlChannels, events))};
-};
-
-/// What a reader requires of a segment before it uses a ring.
-struct SegmentSpec {
-  SegmentId id;
-  const char* name;
-  size_t total_bytes;
-  uint64_t layout_hash;
-  std::span<const ChannelEntry> channels;  // offsets from the start of the segment
-};
-
+/// A segment as it lies in memory. Channels::Rings is a tuple of its rings in their order.
 template <typename Channels>
 struct SegmentLayout {
   static_assert(std::is_standard_layout_v<Channels>);
@@ -176,35 +117,36 @@ struct SegmentLayout {
 };
 
 namespace detail {
-template <typename Channels>
-constexpr auto absolute_table() {
-  auto table = ChannelTable<Channels>::value;
-  static_assert(table.size() <= kMaxChannels);
-  for (ChannelEntry& entry : table) entry.offset += offsetof(SegmentLayout<Channels>, channels);
-  return table;
+/// Identity of a ring: its size, its slots and its items.
+template <typename RingType>
+constexpr uint64_t ring_hash(uint64_t hash) {
+  hash = fnv1a(RingType::kCapacity, fnv1a(uint64_t{sizeof(RingType)}, hash));
+  return fnv1a(record_hash<typename RingType::Item>(), hash);
 }
 
-constexpr uint64_t layout_hash(std::string_view name, uint64_t total_bytes,
-                               std::span<const ChannelEntry> channels) {
-  uint64_t hash = fnv1a(total_bytes, fnv1a(name));
-  for (const ChannelEntry& e : channels) {
-    for (const uint64_t v : {e.name_hash, e.offset, e.bytes, e.capacity, e.record_hash}) {
-      hash = fnv1a(v, hash);
-    }
-  }
+/// Identity of the rings of a channel struct, in the order of their places.
+template <typename Channels, typename... Rings>
+constexpr uint64_t layout_hash(std::type_identity<std::tuple<Rings...>>) {
+  static_assert((sizeof(Rings) + ...) == sizeof(Channels), "Channels::Rings lists every ring");
+  uint64_t hash = fnv1a(uint64_t{sizeof(SegmentLayout<Channels>)}, fnv1a(Channels::kName));
+  ((hash = ring_hash<Rings>(hash)), ...);
   return hash;
 }
-
-template <typename Channels>
-inline constexpr auto kTable = absolute_table<Channels>();
 }  // namespace detail
+
+/// What a reader requires of a segment before it uses a ring.
+struct SegmentSpec {
+  SegmentId id;
+  const char* name;
+  size_t total_bytes;
+  uint64_t layout_hash;
+};
 
 /// Required layout of a segment of these channels, known at compile time.
 template <typename Channels>
 inline constexpr SegmentSpec kSegmentSpec{
     Channels::kId, Channels::kName, sizeof(SegmentLayout<Channels>),
-    detail::layout_hash(Channels::kName, sizeof(SegmentLayout<Channels>), detail::kTable<Channels>),
-    detail::kTable<Channels>};
+    detail::layout_hash<Channels>(std::type_identity<typename Channels::Rings>{})};
 
 /// Opens the file of `fd` again, read-only, for readers. Throws SegmentError.
 FileDescriptor reopen_read_only(int fd);
@@ -212,9 +154,6 @@ FileDescriptor reopen_read_only(int fd);
 /// A memfd with these bytes, sealed against any change; hands the session's configuration to the
 /// children. Throws SegmentError.
 FileDescriptor make_sealed_file(const char* name, std::span<const std::byte> bytes);
-
-/// Start of a process in clock ticks after boot (/proc/<pid>/stat); 0: no such process.
-uint64_t process_start_time(uint64_t pid);
 
 /// Memory of a writer: created, sized, mapped; sealed by publish().
 class WritableSegment {

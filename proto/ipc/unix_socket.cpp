@@ -20,6 +20,10 @@ constexpr int64_t kRetryNs = 2'000'000;  // while the queue is full [ns]
 
 }  // namespace
 
+void throw_errno(const std::string& what) {
+  throw HandoutError(what + ": " + std::strerror(errno));
+}
+
 FileDescriptor unix_socket() {
   return FileDescriptor(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
 }
@@ -74,7 +78,7 @@ void UnixListener::listen_again() {
   if (!socket_.is_open() ||
       bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
       chmod(path_.c_str(), mode_) != 0 || listen(socket_.get(), kBacklog) != 0) {
-    throw HandoutError("cannot listen on " + path_ + ": " + std::strerror(errno));
+    throw_errno("cannot listen on " + path_);
   }
   file_ = identity_of(path_);
 }

@@ -18,6 +18,9 @@ struct HandoutError : MessageError {
   using MessageError::MessageError;
 };
 
+/// Throws HandoutError: what could not be done, and why by errno.
+[[noreturn]] void throw_errno(const std::string& what);
+
 /// A local non-blocking socket that preserves message boundaries; not open, with errno set, if the
 /// kernel has none left.
 FileDescriptor unix_socket();

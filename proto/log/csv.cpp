@@ -17,20 +17,6 @@ namespace {
 // [bytes]; the widest export has some 700 columns of at most 30 characters
 constexpr size_t kLongestLine = size_t{64} << 10;
 
-/// Calls `use` with the number at `bytes` in its own type.
-template <typename Use>
-void with_number(const std::string& type, const std::byte* bytes, const Use& use) {
-  const auto load = [&]<typename T>(T value) {
-    std::memcpy(&value, bytes, sizeof value);
-    use(value);
-  };
-  if (type == "float64") return load(double{});
-  if (type == "int64") return load(int64_t{});
-  if (type == "uint64") return load(uint64_t{});
-  if (type == "uint32") return load(uint32_t{});
-  throw std::logic_error("no wire struct has a " + type);
-}
-
 /// An array at the top level of a message, and how many of its elements need a column.
 struct Array {
   size_t begin = 0, element = 0;  // [bytes]
@@ -240,7 +226,8 @@ std::string column_name(const Field& field) {
 size_t export_csv(const TraceReader& trace, const TopicInfo& topic, std::ostream& out,
                   const std::function<void(double share)>& told) {
   const CsvRecords records = [&](const std::function<void(const std::byte*)>& use) {
-    trace.for_each_bytes(topic, [&](const std::byte* record, const Stamp&) { use(record); });
+    TopicCursor cursor(trace, topic);
+    while (cursor.next()) use(cursor.bytes());
   };
   return export_csv(topic, records, out, told);
 }

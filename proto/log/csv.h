@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <fstream>
 #include <functional>
 #include <ostream>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -60,6 +62,20 @@ class CsvReader {
   std::vector<std::string_view> cells_;  // of text_
   std::vector<char> buffer_;
 };
+
+/// Calls `use` with the number at `bytes` in its own type.
+template <typename Use>
+void with_number(const std::string& type, const std::byte* bytes, const Use& use) {
+  const auto load = [&]<typename T>(T value) {
+    std::memcpy(&value, bytes, sizeof value);
+    use(value);
+  };
+  if (type == "float64") return load(double{});
+  if (type == "int64") return load(int64_t{});
+  if (type == "uint64") return load(uint64_t{});
+  if (type == "uint32") return load(uint32_t{});
+  throw std::logic_error("no wire struct has a " + type);
+}
 
 /// Column name of a field: its unit as a suffix, "X_WP.position.x_m", "F_device_B.torque.y_Nm",
 /// "curvature_per_m"; no suffix for pure numbers or if the name ends in it.

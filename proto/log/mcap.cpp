@@ -185,6 +185,13 @@ const McapSchema& McapReader::schema_of(const McapChannel& channel) const {
                   "' has no schema; the file is damaged");
 }
 
+std::string McapReader::metadata(const std::string& record, const std::string& key) const {
+  const auto texts = metadata_.find(record);
+  if (texts == metadata_.end()) return "";
+  const auto text = texts->second.find(key);
+  return text == texts->second.end() ? "" : text->second;
+}
+
 /// Finds position and type of a record; false if it is not wholly in the file.
 bool McapReader::find_record(uint64_t offset, Record& record) const {
   char header[kRecordHeader];
@@ -471,20 +478,13 @@ Buffer unpack_cut(const char* packed, size_t size, size_t most) {
 
 }  // namespace
 
-void McapReader::for_each_in(const McapChunkIndex& chunk, const Use& use) const {
+std::vector<char> McapReader::for_each_in(const McapChunkIndex& chunk, const Use& use) const {
   try {
-    pass_messages(read_chunk(chunk), use);
+    Buffer records = read_chunk(chunk);
+    pass_messages(records, use);
+    return records;
   } catch (const std::out_of_range&) {
     fail("chunk at byte " + std::to_string(chunk.offset) + " is cut; the file is damaged");
-  }
-}
-
-void McapReader::for_each(uint16_t channel, const Use& use) const {
-  for (const McapChunkIndex& index : chunks_) {
-    if (!index.index_offsets.empty() && !index.index_offsets.contains(channel)) continue;
-    for_each_in(index, [&](const McapMessage& message) {
-      if (message.channel == channel) use(message);
-    });
   }
 }
 

@@ -24,7 +24,8 @@ struct McapError : InputError {
 
 using McapMetadata = std::map<std::string, std::string>;
 
-/// One message as stored in the file. `data` is valid only during the call that passes it.
+/// One message as stored in the file. `data` is valid during the call that passes it, or as that
+/// says.
 struct McapMessage {
   uint16_t channel = 0;
   uint32_t sequence = 0;
@@ -83,6 +84,8 @@ class McapReader {
   const std::vector<McapChunkIndex>& chunks() const { return chunks_; }
   /// Metadata records by name.
   const std::map<std::string, McapMetadata>& metadata() const { return metadata_; }
+  /// A text of one of them; empty if it is not there.
+  std::string metadata(const std::string& record, const std::string& key) const;
   /// Attachments in file order; one that replaces another of its name comes after it.
   const std::vector<McapAttachment>& attachments() const { return attachments_; }
   /// The data of one. Throws McapError if it is damaged, or longer than what is read at once.
@@ -95,11 +98,9 @@ class McapReader {
   const McapSchema& schema_of(const McapChannel& channel) const;
 
   using Use = std::function<void(const McapMessage&)>;
-  /// Passes every message of the channel in file order. Throws McapError on a chunk with a wrong
-  /// CRC or contents.
-  void for_each(uint16_t channel, const Use& use) const;
-  /// Passes every message of one chunk, of all channels. Throws as above.
-  void for_each_in(const McapChunkIndex& chunk, const Use& use) const;
+  /// Passes every message of one chunk, of all channels, in file order. Their data lie in the bytes
+  /// that are returned. Throws McapError on a chunk with a wrong CRC or contents.
+  std::vector<char> for_each_in(const McapChunkIndex& chunk, const Use& use) const;
 
   /// Of a file without an end: looks for chunks that have been written since, and whether the end
   /// has. True if there is anything new.

@@ -2,11 +2,19 @@
 #include "proto/log/trace.h"
 
 #include <algorithm>
+#include <ranges>
 #include <utility>
 
 #include "proto/os/message.h"
 
 namespace haptic {
+namespace {
+
+constexpr int64_t kUnread = std::numeric_limits<int64_t>::min();
+constexpr int64_t kNoMessage = std::numeric_limits<int64_t>::max();
+
+}  // namespace
+
 const std::array<TopicInfo, 5> kTopics{
     info_of(servo_topic(kFirstHand), "one record a servo tick"),
     info_of(contact_topic(kFirstHand), "answers of collision detection"),
@@ -21,8 +29,6 @@ const TopicInfo* find_topic(std::string_view name) {
   }
   return nullptr;
 }
-
-TraceReader::TraceReader(const std::string& path) : path_(path), mcap_(path) {}
 
 std::vector<TopicInfo> TraceReader::topics() const {
   std::vector<TopicInfo> out;
@@ -40,10 +46,8 @@ std::vector<TopicInfo> TraceReader::topics() const {
 }
 
 std::string TraceReader::layout() const {
-  const auto recording = mcap_.metadata().find("recording");
-  if (recording == mcap_.metadata().end()) return "";
-  const auto abi = recording->second.find("abi");
-  return abi == recording->second.end() ? "" : abi->second.substr(0, abi->second.find('.'));
+  const std::string abi = mcap_.metadata("recording", "abi");
+  return abi.substr(0, abi.find('.'));
 }
 
 std::string TraceReader::notice(const TopicInfo& topic) const {
@@ -90,13 +94,98 @@ std::optional<TopicDecoder> TraceReader::decoder(const TopicInfo& topic) const {
                       std::move(translation));
 }
 
-void TraceReader::for_each_bytes(
-    const TopicInfo& topic, const std::function<void(const std::byte*, const Stamp&)>& use) const {
-  std::optional<TopicDecoder> decoder = this->decoder(topic);
-  if (!decoder) return;
-  mcap_.for_each(decoder->channel(), [&](const McapMessage& message) {
-    use(decoder->decode(message), stamp_of(message));
+std::shared_ptr<const TraceReader::Chunk> TraceReader::chunk(size_t number) const {
+  const auto found = std::ranges::find(kept_, number, [](const auto& one) { return one.first; });
+  if (found != kept_.end()) {
+    kept_.splice(kept_.begin(), kept_, found);
+    return kept_.front().second;
+  }
+  const auto chunk = std::make_shared<Chunk>();
+  chunk->records = mcap_.for_each_in(mcap_.chunks().at(number), [&](const McapMessage& message) {
+    chunk->messages[message.channel].push_back(message);
   });
+  kept_.emplace_front(number, chunk);
+  if (kept_.size() > most_kept_) kept_.pop_back();
+  return chunk;
+}
+
+/// Adds the chunks that may hold the topic and have not been listed yet.
+void TopicCursor::list_chunks() {
+  const std::vector<McapChunkIndex>& all = trace_->mcap().chunks();
+  for (; decoder_ && listed_ < all.size(); ++listed_) {
+    const auto& index = all[listed_].index_offsets;
+    if (!index.empty() && !index.contains(decoder_->channel())) continue;
+    chunks_.push_back(listed_);
+    first_ns_.push_back(kUnread);
+  }
+}
+
+std::span<const McapMessage> TopicCursor::messages_in(const TraceReader::Chunk& chunk) const {
+  const auto found = chunk.messages.find(decoder_->channel());
+  if (found == chunk.messages.end()) return {};
+  return found->second;
+}
+
+/// To the beginning of the next chunk.
+void TopicCursor::load() {
+  loaded_ = trace_->chunk(chunks_[next_place_]);
+  messages_ = messages_in(*loaded_);
+  at_ = 0;
+  ++next_place_;
+}
+
+bool TopicCursor::next(size_t last_chunk) {
+  while (at_ == messages_.size()) {
+    list_chunks();
+    if (next_place_ == chunks_.size() || chunks_[next_place_] > last_chunk) return false;
+    load();
+  }
+  ++at_;
+  return true;
+}
+
+bool TopicCursor::previous() {
+  if (at_ > 0) --at_;
+  while (at_ == 0) {
+    if (next_place_ < 2) return false;
+    next_place_ -= 2;
+    load();
+    at_ = messages_.size();
+  }
+  return true;
+}
+
+/// Time of the first message of the topic from a chunk on; kNoMessage: there is none.
+int64_t TopicCursor::first_from(size_t place) {
+  for (; place < chunks_.size(); ++place) {
+    int64_t& first_ns = first_ns_[place];
+    if (first_ns == kUnread) {
+      const auto chunk = trace_->chunk(chunks_[place]);
+      const auto messages = messages_in(*chunk);
+      first_ns = messages.empty() ? kNoMessage : stamp_of(messages.front()).t_ns;
+    }
+    if (first_ns != kNoMessage) return first_ns;
+  }
+  return kNoMessage;
+}
+
+bool TopicCursor::seek(int64_t t_ns) {
+  rewind();
+  list_chunks();
+  const auto is_later = [&](const McapMessage& message) { return stamp_of(message).t_ns > t_ns; };
+  const auto places = std::views::iota(size_t{0}, chunks_.size());
+  auto later =
+      std::ranges::partition_point(places, [&](size_t i) { return first_from(i) <= t_ns; });
+  if (later == places.begin()) return false;
+  next_place_ = *--later;
+  load();
+  at_ = static_cast<size_t>(std::ranges::find_if(messages_, is_later) - messages_.begin());
+  return true;
+}
+
+void TopicCursor::rewind() {
+  next_place_ = at_ = 0;
+  messages_ = {};
 }
 
 TopicDecoder::TopicDecoder(uint16_t channel, std::string where, size_t size,

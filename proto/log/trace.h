@@ -2,15 +2,19 @@
 #pragma once
 
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <functional>
+#include <limits>
+#include <list>
+#include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "proto/log/layout.h"
@@ -99,22 +103,20 @@ class TopicDecoder {
   std::vector<std::byte> translated_;
 };
 
+/// A recording that is read by its topics. Not for two threads at once.
 class TraceReader {
  public:
-  /// Throws McapError.
-  explicit TraceReader(const std::string& path);
+  /// Keeps the last `most_kept` chunks that were unpacked, for cursors that go to and fro. Throws
+  /// McapError.
+  explicit TraceReader(const std::string& path, size_t most_kept = 1)
+      : path_(path), mcap_(path), most_kept_(most_kept) {}
+  TraceReader(const TraceReader&) = delete;
 
   /// Passes every record of the topic in file order, in the layout of this program; none if the
   /// file has none. Throws McapError if its own layout cannot be translated.
   template <typename T>
   void for_each(const Topic<T>& topic,
-                const std::function<void(const T&, const Stamp&)>& use) const {
-    for_each_bytes(info_of(topic), [&](const std::byte* bytes, const Stamp& stamp) {
-      std::array<std::byte, sizeof(T)> record;
-      std::memcpy(record.data(), bytes, sizeof(T));
-      use(std::bit_cast<T>(record), stamp);
-    });
-  }
+                const std::function<void(const T&, const Stamp&)>& use) const;
 
   template <typename T>
   std::vector<T> read(const Topic<T>& topic) const {
@@ -122,10 +124,6 @@ class TraceReader {
     for_each<T>(topic, [&](const T& value, const Stamp&) { out.push_back(value); });
     return out;
   }
-
-  /// Without the type: `topic.size` bytes per record, unaligned.
-  void for_each_bytes(const TopicInfo& topic,
-                      const std::function<void(const std::byte*, const Stamp&)>& use) const;
 
   /// Number of the layout (kAbiMajor) that the file was recorded with; "": it does not say.
   std::string layout() const;
@@ -144,11 +142,75 @@ class TraceReader {
   McapReader& mcap() { return mcap_; }
 
  private:
+  friend class TopicCursor;
+  /// A chunk, unpacked: its messages by channel, and the bytes that hold them.
+  struct Chunk {
+    std::map<uint16_t, std::vector<McapMessage>> messages;
+    std::vector<char> records;
+  };
+  std::shared_ptr<const Chunk> chunk(size_t number) const;
   std::optional<Translation> find_translation(const TopicInfo& topic,
                                               const McapChannel& channel) const;
 
   std::string path_;
   McapReader mcap_;
+  size_t most_kept_;
+  mutable std::list<std::pair<size_t, std::shared_ptr<const Chunk>>> kept_;  // the last used first
 };
+
+/// Walks the records of one topic, forwards or backwards, from the beginning or an instant on: by
+/// the index of the file's chunks, and of a file without an end by trying them. Memory holds one
+/// chunk and what the reader keeps, however long the file. A file may grow meanwhile
+/// (McapReader::refresh). All functions throw McapError where a chunk is damaged.
+class TopicCursor {
+ public:
+  /// The reader must outlive it. A topic that the file lacks has no records.
+  TopicCursor(const TraceReader& trace, const TopicInfo& topic)
+      : trace_(&trace), decoder_(trace.decoder(topic)) {}
+
+  /// To the next record in file order, in the beginning to the first; false at the end. A record
+  /// in a chunk with a higher number than `last_chunk` is left for later.
+  bool next(size_t last_chunk = std::numeric_limits<size_t>::max());
+  /// Back to the record before; false, and before the first, if there is none.
+  bool previous();
+  /// To the last record that was published at t_ns or before, [ns] of CLOCK_MONOTONIC; false, and
+  /// before the first, if there is none. Takes the records to be in the order of time.
+  bool seek(int64_t t_ns);
+  /// Before the first record.
+  void rewind();
+
+  /// The record it is at: topic.size bytes, unaligned, valid until the cursor moves or reads again.
+  const std::byte* bytes() { return decoder_->decode(messages_[at_ - 1]); }
+  template <typename T>
+  T read() {
+    T record;
+    std::memcpy(&record, bytes(), sizeof record);
+    return record;
+  }
+  Stamp stamp() const { return stamp_of(messages_[at_ - 1]); }
+
+ private:
+  void list_chunks();
+  void load();
+  int64_t first_from(size_t place);
+  std::span<const McapMessage> messages_in(const TraceReader::Chunk& chunk) const;
+
+  const TraceReader* trace_;
+  std::optional<TopicDecoder> decoder_;
+  std::vector<size_t> chunks_;     // those that may hold the topic
+  std::vector<int64_t> first_ns_;  // of its messages in each; kUnread, or kNoMessage
+  size_t listed_ = 0;              // chunks of the file that were looked at for `chunks_`
+  size_t next_place_ = 0;          // in chunks_, after that of messages_
+  std::shared_ptr<const TraceReader::Chunk> loaded_;
+  std::span<const McapMessage> messages_;  // in it
+  size_t at_ = 0;                          // the next one
+};
+
+template <typename T>
+void TraceReader::for_each(const Topic<T>& topic,
+                           const std::function<void(const T&, const Stamp&)>& use) const {
+  TopicCursor cursor(*this, info_of(topic));
+  while (cursor.next()) use(cursor.read<T>(), cursor.stamp());
+}
 
 }  // namespace haptic

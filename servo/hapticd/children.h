@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "proto/ipc/handout.h"
+#include "proto/ipc/attachments.h"
 #include "servo/hapticd/child_process.h"
 #include "servo/hapticd/device_guard.h"
 #include "servo/hapticd/role.h"

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/ipc/attachments.h"
 #include "proto/ipc/control_socket.h"
-#include "proto/ipc/handout.h"
 #include "servo/hapticd/children.h"
 #include "servo/hapticd/leads.h"
 #include "servo/hapticd/session_run.h"

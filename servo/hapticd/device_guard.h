@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "proto/config/config.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/attachments.h"
 #include "proto/os/file_descriptor.h"
 
 namespace haptic {

@@ -7,7 +7,7 @@
 #include <string>
 #include <variant>
 
-#include "proto/ipc/handout.h"
+#include "proto/ipc/attachments.h"
 #include "servo/hapticd/child_process.h"
 #include "servo/hapticd/log.h"
 #include "servo/hapticd/restart_policy.h"

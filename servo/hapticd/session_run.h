@@ -7,7 +7,7 @@
 
 #include "proto/config/config.h"
 #include "proto/ipc/control.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/handout_server.h"
 #include "proto/ipc/segment.h"
 #include "servo/hapticd/log.h"
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "proto/ipc/process.h"
+#include "proto/ipc/sessions.h"
 #include "proto/math/units.h"
 #include "proto/os/priorities.h"
 #include "proto/os/realtime.h"

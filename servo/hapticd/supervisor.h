@@ -5,7 +5,7 @@
 #include <string>
 
 #include "proto/config/config.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/attachments.h"
 #include "servo/hapticd/children.h"
 #include "servo/hapticd/commands.h"
 #include "servo/hapticd/log.h"

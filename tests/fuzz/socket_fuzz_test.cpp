@@ -15,8 +15,10 @@
 #include <vector>
 
 #include "proto/ipc/control_socket.h"
-#include "proto/ipc/handout.h"
 #include "proto/ipc/handout_message.h"
+#include "proto/ipc/handout_server.h"
+#include "proto/ipc/segment.h"
+#include "proto/ipc/sessions.h"
 #include "servo/hapticd/command.h"
 #include "tests/fuzz/fuzz_run.h"
 #include "tests/fuzz/hostile_input.h"

@@ -11,7 +11,9 @@
 #include <vector>
 
 #include "clients/lab/support/forked_process.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/attachments.h"
+#include "proto/ipc/handout_server.h"
+#include "proto/ipc/sessions.h"
 #include "proto/os/realtime.h"
 #include "tests/process/ring_torture.h"
 #include "tests/support/temporary_folder.h"

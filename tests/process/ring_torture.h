@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <tuple>
 
 #include "proto/ipc/segment.h"
 
@@ -15,6 +16,7 @@ struct TortureChannels {
   static constexpr SegmentId kId = SegmentId::kSim;
   static constexpr const char* kName = "torture";
   RingType records;
+  using Rings = std::tuple<RingType>;
 };
 
 /// Findings of reader processes; each adds to its own.
@@ -41,11 +43,5 @@ struct ReaderTally {
 };
 
 }  // namespace test
-
-template <typename RingType>
-struct ChannelTable<test::TortureChannels<RingType>> {
-  static constexpr std::array value{
-      describe_ring<RingType>("records", offsetof(test::TortureChannels<RingType>, records))};
-};
 
 }  // namespace haptic

@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "proto/ipc/control_socket.h"
-#include "proto/ipc/handout.h"
 #include "proto/os/programs.h"
 #include "tests/process/hapticd_process.h"
 #include "tests/process/programs.h"

@@ -7,7 +7,8 @@
 #include <string>
 
 #include "proto/config/config.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/attachments.h"
+#include "proto/ipc/sessions.h"
 #include "proto/os/programs.h"
 #include "tests/process/hapticd_process.h"
 #include "tests/support/data.h"

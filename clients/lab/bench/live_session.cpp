@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/bench/live_session.h"
+#include "proto/ipc/sessions.h"
 
 #include <unistd.h>
 

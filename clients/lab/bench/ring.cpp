@@ -6,6 +6,7 @@
 #include <cstring>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 #include "clients/lab/bench/workloads/burst.h"
 #include "proto/ipc/segment.h"
@@ -27,12 +28,7 @@ struct BenchChannels {
   static constexpr SegmentId kId = SegmentId::kSim;
   static constexpr const char* kName = "bench";
   Ring<BenchMessage<kBytes>, kBenchSlots> messages;
-};
-template <size_t kBytes>
-struct ChannelTable<BenchChannels<kBytes>> {
-  using Channels = BenchChannels<kBytes>;
-  static constexpr std::array value{
-      describe_ring<decltype(Channels::messages)>("messages", offsetof(Channels, messages))};
+  using Rings = std::tuple<decltype(messages)>;
 };
 
 namespace {

@@ -15,6 +15,7 @@
 #include "clients/lab/support/forked_process.h"
 #include "clients/lab/support/measurement.h"
 #include "proto/config/command_line.h"
+#include "proto/ipc/sessions.h"
 #include "proto/os/progress.h"
 #include "proto/os/session_file.h"
 

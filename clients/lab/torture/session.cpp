@@ -17,6 +17,7 @@
 #include "proto/config/quantity.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
+#include "proto/ipc/sessions.h"
 #include "proto/math/units.h"
 #include "proto/os/environment.h"
 #include "proto/os/programs.h"

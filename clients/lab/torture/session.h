@@ -16,7 +16,7 @@
 #include "clients/lab/torture/process_waits.h"
 #include "clients/lab/torture/stall_witness.h"
 #include "device-io/emulator/log_reader.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/attachments.h"
 
 namespace haptic {
 

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/ipc/sessions.h"
 #include "proto/os/realtime.h"
 #include "tests/proto/ipc/served.h"
 #include "tests/support/disk/standing_disk.h"

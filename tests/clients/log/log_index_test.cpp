@@ -155,7 +155,8 @@ TEST_CASE("log survey: marks, and smallest and largest values as a scan of all f
   TraceWriter trace(path, {});
   write_ticks(trace, 0, 3000);
   trace.close();
-  LogSurvey survey(path);
+  const LogIndex log(path);
+  LogSurvey survey(log);
   size_t pieces = 0;
   while (survey.advance(3)) ++pieces;
   CHECK(pieces > 5);
@@ -222,7 +223,7 @@ TEST_CASE("log index: a long recording, measured", "[.][log-hour]") {
   }
   std::ranges::sort(jumps);
   begin = Clock::now();
-  LogSurvey survey(path);
+  LogSurvey survey(log);
   while (survey.advance(1000)) {
   }
   std::printf(

@@ -5,7 +5,7 @@
 
 #include "clients/hapt/mesh_scene.h"
 #include "contact/shape/mesh/primitives.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/sessions.h"
 #include "tests/process/hapt_command.h"
 #include "tests/support/convex/meshes.h"
 #include "tests/support/data.h"

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/ipc/handout_server.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {

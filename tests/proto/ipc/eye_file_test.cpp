@@ -144,7 +144,7 @@ TEST_CASE("sealed file: only one that nobody can change is mapped") {
     }
     return SegmentFault::kNotReady;
   };
-  CHECK(fault_of(make_sealed_file("eye", bytes), bytes.size() - 1) == SegmentFault::kWrongTable);
+  CHECK(fault_of(make_sealed_file("eye", bytes), bytes.size() - 1) == SegmentFault::kTooLong);
   CHECK(fault_of(make_sealed_file("eye", {}), 1) == SegmentFault::kTooShort);
   constexpr int kAll = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE | F_SEAL_SEAL;
   for (const int missing : {F_SEAL_SHRINK, F_SEAL_GROW, F_SEAL_WRITE, F_SEAL_SEAL, kAll}) {

@@ -18,8 +18,10 @@
 #include <thread>
 #include <vector>
 
+#include "proto/ipc/attachments.h"
 #include "proto/ipc/control_socket.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/handout_server.h"
+#include "proto/ipc/sessions.h"
 #include "proto/ipc/unix_socket.h"
 #include "tests/proto/ipc/served.h"
 #include "tests/support/temporary_folder.h"

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "proto/ipc/handout.h"
+#include "proto/ipc/attachments.h"
+#include "proto/ipc/handout_server.h"
+#include "proto/ipc/sessions.h"
 
 #include <fcntl.h>
 #include <poll.h>

@@ -2,8 +2,8 @@
 // The ring under every outcome of the C++ memory model: x86 alone would hide a missing order.
 #include <catch2/catch.hpp>
 
-#include "proto/ipc/handout.h"
 #include "proto/ipc/ring.h"
+#include "proto/ipc/ring_source.h"
 #include "tests/proto/ipc/broken_ring.h"
 #include "tests/proto/ipc/memory_model.h"
 #include "tests/support/self_describing.h"

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "clients/lab/support/forked_process.h"
-#include "proto/ipc/handout.h"
+#include "proto/ipc/ring_source.h"
 #include "tests/support/self_describing.h"
 
 namespace haptic {

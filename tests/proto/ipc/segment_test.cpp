@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cerrno>
+#include <limits>
 #include <string>
 #include <thread>
 
+#include "proto/os/programs.h"
 #include "tests/proto/ipc/segment_image.h"
 
 namespace haptic {
@@ -54,7 +56,7 @@ TEST_CASE("segment: the header tells who writes and whether it is alive") {
   SegmentWriter<ControlChannels> writer(1);
   const SegmentView<ControlChannels> view(reopen_read_only(writer.fd()));
   CHECK(view.header().pid == uint64_t(getpid()));
-  CHECK(view.header().process_start == process_start_time(uint64_t(getpid())));
+  CHECK(view.header().process_start == start_time_of(getpid()));
   CHECK(view.header().process_start > 0);
   CHECK(view.header().state == uint32_t(SegmentState::kInit));
   writer.set_state(SegmentState::kRun);
@@ -71,8 +73,8 @@ TEST_CASE("segment: the header tells who writes and whether it is alive") {
 }
 
 TEST_CASE("segment: the start of a process tells it from one that reuses its number") {
-  CHECK(process_start_time(1) <= process_start_time(uint64_t(getpid())));
-  CHECK(process_start_time(uint64_t{1} << 40) == 0);
+  CHECK(start_time_of(1) <= start_time_of(getpid()));
+  CHECK(start_time_of(std::numeric_limits<pid_t>::max()) == 0);
 }
 
 TEST_CASE("segment: an unharmed copy of a segment is accepted") {

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "proto/ipc/handout.h"
+#include "proto/ipc/handout_server.h"
 #include "tests/support/hostile_text.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/torture_scale.h"

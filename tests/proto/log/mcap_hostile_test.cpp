@@ -32,7 +32,10 @@ struct Written : test::TemporaryFolder {
 int64_t count_messages(const std::string& file, std::string& why) {
   int64_t n = 0;
   try {
-    McapReader(file).for_each(1, [&](const McapMessage&) { ++n; });
+    const McapReader reader(file);
+    for (const McapChunkIndex& chunk : reader.chunks()) {
+      reader.for_each_in(chunk, [&](const McapMessage& message) { n += message.channel == 1; });
+    }
     return n;
   } catch (const McapError& error) {
     why = error.what();
