@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Tests for servo/hapticd/device_guard.cpp with a serial line, a segment and a process of the test.
 #include "servo/hapticd/device_guard.h"
+#include "proto/ipc/handout_server.h"
 
 #include <poll.h>
 #include <sys/syscall.h>
