@@ -25,28 +25,24 @@ double sharing_of(const ProxyConfig& proxy) {
   return proxy.sharing == Sharing::kNone ? std::numeric_limits<double>::infinity() : kCornersOfABox;
 }
 
-PieceModel piece_model(const SessionConfig& config, const BodyShapes& shapes,
-                       const ToolBody& body) {
-  PieceModel model;
-  model.tool = shapes.tool_pieces;
-  model.objects = shapes.pieces;
-  model.refine.threshold = config.pieces.threshold;
-  model.refine.carry = config.pieces.carry;
-  model.refine.bandwidth = config.pieces.bandwidth;
-  if (config.pieces.budget > 0) model.refine.budget = config.pieces.budget;
-  model.stiffness = config.proxy.contact_stiffness;
-  model.sharing = sharing_of(config.proxy);
-  const double radius = config.pieces.cluster_radius;
-  model.clusters.radius = radius > 0 ? radius : kClusterShare * body.radius;
+void add_pieces(const SessionConfig& config, const BodyShapes& shapes, ContactModel& model) {
+  PieceModel& pieces = model.pieces;
+  static_cast<PushOptions&>(pieces) = model.exact;
+  if (config.pieces.cluster_radius > 0) pieces.clusters.radius = config.pieces.cluster_radius;
+  pieces.tool = shapes.tool_pieces;
+  pieces.objects = shapes.pieces;
+  pieces.refine.threshold = config.pieces.threshold;
+  pieces.refine.carry = config.pieces.carry;
+  pieces.refine.bandwidth = config.pieces.bandwidth;
+  if (config.pieces.budget > 0) pieces.refine.budget = config.pieces.budget;
   // pieces that a cluster swallows anyhow touch at one place
-  model.refine.spread = 0.5 * model.clusters.radius;
-  model.search = body.radius;
-  model.tool_radius = norm(body.centre_T) + body.radius;
-  for (const PieceTree& object : model.objects) {
-    const uint64_t all = uint64_t{object.pieces.size()} * model.tool.pieces.size();
-    model.most_pairs.push_back(static_cast<uint32_t>(std::min<uint64_t>(all, kMostPiecePairs)));
+  pieces.refine.spread = 0.5 * pieces.clusters.radius;
+  pieces.search = model.body.radius;
+  pieces.tool_radius = norm(model.body.centre_T) + model.body.radius;
+  for (const PieceTree& object : pieces.objects) {
+    const uint64_t all = uint64_t{object.pieces.size()} * pieces.tool.pieces.size();
+    pieces.most_pairs.push_back(static_cast<uint32_t>(std::min<uint64_t>(all, kMostPiecePairs)));
   }
-  return model;
 }
 
 void add_maps(const SessionConfig& config, const BodyShapes& shapes, ContactModel& model) {
@@ -69,7 +65,7 @@ void add_tool(const SessionConfig& config, const BodyShapes& shapes, ContactMode
   model.exact.stiffness = config.proxy.contact_stiffness;
   model.exact.sharing = sharing_of(config.proxy);
   model.exact.clusters.radius = kClusterShare * model.body.radius;
-  if (!shapes.pieces.empty()) model.pieces = piece_model(config, shapes, model.body);
+  if (!shapes.pieces.empty()) add_pieces(config, shapes, model);
   if (!shapes.volumes.empty()) add_maps(config, shapes, model);
 }
 

@@ -35,7 +35,7 @@ struct ContactModel {
   MeshShape tool;
   ToolBody body{};  // of the tool; mass 0: it is a point
   GodObject6Options rigid;
-  ExactOptions exact;
+  PushOptions exact;
   PieceModel pieces;
   std::vector<VoxelObject> volumes;
   VoxelModel voxel;

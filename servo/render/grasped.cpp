@@ -126,7 +126,7 @@ Twist spring_way(const ServoModel& model, const Twist& whole, const Coupling& c,
 Wrench wrench_of(const ServoModel& model, const Hold& hold, const RenderQuestion& question,
                  bool is_stale, GraspState& state) {
   const Coupling& c = question.coupling;
-  const Twist whole = way_between(hold.X_WT, hold.X_WP), V = hold.V_WP - hold.V_WT;
+  const Twist whole = way_between(question.X_WT, hold.X_WP), V = hold.V_WP - question.V_WT;
   const std::optional<Pull> most = bound_on(whole, V, is_stale, model.dt, state);
   const Twist way = spring_way(model, whole, c, most, state);
   const double scale = model.map.force_scale;
@@ -163,8 +163,6 @@ Hold hold_of(const ServoModel& model, GraspState& state, const RenderQuestion& q
   hold.object = guides.object;
   hold.n_rows = static_cast<int>(guides.size);
   hold.share = state.strength * scene.weight;
-  hold.X_WT = question.X_WT;
-  hold.V_WT = question.V_WT;
   hold.X_WP =
       nearest_on_guides(guides, X_WO, question.X_WT, X_WO * state.X_OP, metric_of(model, question));
   state.X_OP = inverse(X_WO) * hold.X_WP;
@@ -178,8 +176,8 @@ Hold hold_of(const ServoModel& model, GraspState& state, const RenderQuestion& q
 void draw_tool(const Hold& hold, GraspState& state, RenderQuestion& question, TickScene& scene) {
   if (!hold.holds()) return;
   HAPTIC_ASSERT(hold.share >= 0 && hold.share <= 1);
-  question.X_WT = drawn_towards(hold.X_WT, hold.X_WP, hold.share);
-  question.V_WT = drawn_towards(hold.V_WT, hold.V_WP, hold.share);
+  question.X_WT = drawn_towards(question.X_WT, hold.X_WP, hold.share);
+  question.V_WT = drawn_towards(question.V_WT, hold.V_WP, hold.share);
   question.X_WT_before = state.X_WT;
   state.X_WT = question.X_WT;
   scene.held = hold.object;

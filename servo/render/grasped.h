@@ -24,8 +24,6 @@ struct Hold {
   int n_rows = 0;
   Pose X_WP;   // where they do
   Twist V_WP;  // its velocity, with the object
-  Pose X_WT;   // the hand, as the springs see it
-  Twist V_WT;
   Wrench F_W;  // on the tool, at X_WP
   bool holds() const { return object < kMaxObjects; }
 };

@@ -90,7 +90,7 @@ class SoftLoop {
   /// Each cluster is one contact; there is no linearised wrench.
   void ask_exact(const Pose& X_OT) {
     std::array<PushCluster, 16> clusters;
-    ExactOptions options;
+    PushOptions options;
     options.stiffness = voxel.force.stiffness;
     options.clusters = voxel.clusters;
     const ExactAnswer answer = exact_contacts(pair_.object.view(), pair_.tool.view(), X_OT, options,

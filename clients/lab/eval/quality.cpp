@@ -108,7 +108,7 @@ void QualityProbe::detect(const Pose& X_WP, ContactSet& set) {
     return;
   }
   std::array<PushCluster, kMaxContacts> clusters;
-  ExactOptions options;
+  PushOptions options;
   options.stiffness = kPointStiffness;
   const ExactAnswer answer =
       exact_contacts(object_, tool_, X_WP, options, clusters_, {pairs_, pushes_}, clusters);

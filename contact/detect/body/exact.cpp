@@ -176,7 +176,7 @@ size_t pushes_from_pairs(const TriangleMesh& object, const TriangleMesh& tool, c
 }
 
 ExactAnswer exact_contacts(const MeshShape& object, const MeshShape& tool, const Pose& X_OT,
-                           const ExactOptions& options, ClusterMemory& memory,
+                           const PushOptions& options, ClusterMemory& memory,
                            const ExactScratch& scratch, std::span<PushCluster> clusters) {
   HAPTIC_ASSERT(options.stiffness > 0);
   ExactAnswer answer;

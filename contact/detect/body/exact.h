@@ -45,7 +45,8 @@ size_t pushes_from_pairs(const TriangleMesh& object, const TriangleMesh& tool, c
                          std::span<const TrianglePair> pairs, double stiffness,
                          std::span<PointPush> pushes);
 
-struct ExactOptions {
+/// How the places where triangles or pieces touch push.
+struct PushOptions {
   double stiffness = 1000;  // of a push [N/m]
   double sharing = 4;       // pushes from which on they share it: the corners of a box
   ClusterOptions clusters;
@@ -68,7 +69,7 @@ struct ExactAnswer {
 /// pushes_from_pairs, share_stiffness and cluster_pushes, in O. From `sharing` pushes on the force
 /// does not depend on their number, that is, on the resolution of the mesh.
 ExactAnswer exact_contacts(const MeshShape& object, const MeshShape& tool, const Pose& X_OT,
-                           const ExactOptions& options, ClusterMemory& memory,
+                           const PushOptions& options, ClusterMemory& memory,
                            const ExactScratch& scratch, std::span<PushCluster> clusters);
 
 }  // namespace haptic

@@ -11,13 +11,10 @@
 namespace haptic {
 
 /// Constant data of the detector of convex pieces, of the renderers localized and sensation.
-struct PieceModel {
+struct PieceModel : PushOptions {
   PieceTree tool;                  // in T
   std::vector<PieceTree> objects;  // each in its O
   RefineOptions refine;            // of sensation; localized goes down to every piece
-  double stiffness = 1000;         // of a contact [N/m]
-  double sharing = 4;              // contacts from which on they share it: the corners of a box
-  ClusterOptions clusters;
   double search = 0;       // distance within which a cluster's place on a surface is sought [m]
   double tool_radius = 0;  // around its origin, for the speed of sliding [m]
   std::vector<uint32_t> most_pairs;  // of pieces in memory, of each object: all, or what fits

@@ -77,7 +77,7 @@ TEST_CASE("exact: stiffness of n contact points is n k, and clustered it is boun
     const auto clustered = [&](double radius) {
       return [&, radius](double z) {
         std::vector<PushCluster> clusters(64);
-        ExactOptions options;
+        PushOptions options;
         options.stiffness = k;
         options.clusters.radius = radius;
         const Pose X_OT{{0.05, -0.05, z}, {}};

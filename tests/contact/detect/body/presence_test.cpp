@@ -370,7 +370,7 @@ void add_judged(const Body& object, const Body& tool, const Pose& X_OT, ContactS
   std::vector<TrianglePair> pairs(1 << 14);
   std::vector<PointPush> pushes(kPushesPerPair << 14);
   std::array<PushCluster, 16> clusters;
-  ExactOptions options;
+  PushOptions options;
   options.stiffness = kSpring;
   options.sharing = 1e9;
   const TriangleMesh mesh = tool.shape.mesh.view();
