@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <ostream>
 
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 
 namespace haptic {
@@ -55,9 +56,9 @@ std::string padded(std::string text, size_t width) {
   return length < width ? text.append(width - length, ' ') : text + " ";
 }
 
-/// A text in the quotes of TOML; texts of a device may hold anything.
+/// A text in the quotes of TOML, which are those of JSON; texts of a device may hold anything.
 std::string toml(const std::string& text) {
-  return json_string(text);
+  return json_line(text);
 }
 
 std::string listed_names(const std::vector<DeviceRow>& rows) {
@@ -103,62 +104,36 @@ void print_one(const ListedDevice& device, std::ostream& out) {
   }
 }
 
-class Fields {
- public:
-  explicit Fields(std::ostream& out) : out_(out) { out_ << "{"; }
-  ~Fields() { out_ << "}"; }
-  Fields(const Fields&) = delete;
-
-  void text(const char* key, const std::string& value) { raw(key, json_string(value)); }
-  void flag(const char* key, bool value) { raw(key, value ? "true" : "false"); }
-  void raw(const char* key, const std::string& value) {
-    out_ << (first_ ? "" : ", ") << '"' << key << "\": " << value;
-    first_ = false;
-  }
-
- private:
-  std::ostream& out_;
-  bool first_ = true;
-};
-
-std::string array_of(const std::vector<std::string>& texts) {
-  std::string array;
-  for (const std::string& text : texts) array += (array.empty() ? "" : ", ") + json_string(text);
-  return "[" + array + "]";
-}
-
-void print_json(const ListedDevice& device, std::ostream& out) {
-  std::vector<std::string> kinds;
+Json json_of(const ListedDevice& device) {
+  Json kinds = Json::array();
   if (!device.other_product) {
-    for (const DeviceRow& row : device.rows) kinds.emplace_back(row.name);
+    for (const DeviceRow& row : device.rows) kinds.push_back(row.name);
   }
   const PluggedNode& node = device.node;
   const Obstacle obstacle = obstacle_of(node, device.access);
   const bool known = kinds.size() == 1;
-  Fields fields(out);
-  fields.flag("plugged", true);
-  fields.raw("kinds", array_of(kinds));
-  fields.flag("tried", known && device.rows.front().tried);
-  fields.text("node", word_of(node.kind));
-  fields.text("path", node.path);
-  fields.text("ids", usb_ids_of(node));
-  fields.text("manufacturer", node.manufacturer);
-  fields.text("product", node.name);
-  fields.text("serial", node.serial);
-  fields.text("port", node.port);
-  fields.flag("opens", !obstacle.blocks);
-  fields.text("problem", obstacle.problem);
-  fields.text("mend", obstacle.mend);
-  fields.raw("config", array_of(config_lines(device)));
+  return {{"plugged", true},
+          {"kinds", kinds},
+          {"tried", known && device.rows.front().tried},
+          {"node", word_of(node.kind)},
+          {"path", node.path},
+          {"ids", usb_ids_of(node)},
+          {"manufacturer", node.manufacturer},
+          {"product", node.name},
+          {"serial", node.serial},
+          {"port", node.port},
+          {"opens", !obstacle.blocks},
+          {"problem", obstacle.problem},
+          {"mend", obstacle.mend},
+          {"config", config_lines(device)}};
 }
 
-void print_json(const DeviceRow& row, std::ostream& out) {
-  Fields fields(out);
-  fields.flag("plugged", false);
-  fields.raw("kinds", array_of({std::string(row.name)}));
-  fields.flag("tried", row.tried);
-  fields.text("node", word_of(row.node));
-  fields.text("ids", std::string(row.usb_ids));
+Json json_of(const DeviceRow& row) {
+  return {{"plugged", false},
+          {"kinds", Json::array({row.name})},
+          {"tried", row.tried},
+          {"node", word_of(row.node)},
+          {"ids", row.usb_ids}};
 }
 
 }  // namespace
@@ -226,20 +201,12 @@ void print_devices(std::span<const DeviceRow> rows, const std::vector<ListedDevi
 
 void print_devices_json(std::span<const DeviceRow> rows, const std::vector<ListedDevice>& plugged,
                         std::ostream& out) {
-  out << '[';
-  const char* apart = "\n  ";
-  for (const ListedDevice& device : plugged) {
-    out << apart;
-    print_json(device, out);
-    apart = ",\n  ";
-  }
+  Json all = Json::array();
+  for (const ListedDevice& device : plugged) all.push_back(json_of(device));
   for (const DeviceRow& row : rows) {
-    if (is_among(row, plugged)) continue;
-    out << apart;
-    print_json(row, out);
-    apart = ",\n  ";
+    if (!is_among(row, plugged)) all.push_back(json_of(row));
   }
-  out << "\n]\n";
+  out << json_lines(all);
 }
 
 }  // namespace haptic

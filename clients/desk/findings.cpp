@@ -6,6 +6,7 @@
 #include <limits>
 #include <ostream>
 
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 
 namespace haptic {
@@ -260,16 +261,14 @@ void print_findings(const std::vector<Finding>& findings, std::ostream& out) {
 }
 
 void print_findings_json(const std::vector<Finding>& findings, std::ostream& out) {
-  out << '[';
-  const char* apart = "\n  ";
+  Json all = Json::array();
   for (const Finding& one : findings) {
-    const std::string grade = one.grade == Grade::kWrong ? "wrong" : finding_word(one.grade);
-    out << apart << "{\"grade\": " << json_string(grade)
-        << ", \"subject\": " << json_string(one.subject) << ", \"fact\": " << json_string(one.fact)
-        << ", \"mend\": " << json_string(one.mend) << '}';
-    apart = ",\n  ";
+    all.push_back({{"grade", one.grade == Grade::kWrong ? "wrong" : finding_word(one.grade)},
+                   {"subject", one.subject},
+                   {"fact", one.fact},
+                   {"mend", one.mend}});
   }
-  out << "\n]\n";
+  out << json_lines(all);
 }
 
 }  // namespace haptic

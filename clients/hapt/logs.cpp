@@ -15,6 +15,7 @@
 #include "clients/report/log_diff.h"
 #include "clients/report/log_info.h"
 #include "proto/config/config.h"
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 #include "proto/os/progress.h"
 #include "proto/os/session_file.h"
@@ -47,16 +48,18 @@ void print_diff(const LogDiff& diff) {
 }
 
 void print_diff_json(const LogDiff& diff) {
-  std::cout.precision(17);
-  std::cout << "{\"equal\": " << (diff.is_equal() ? "true" : "false")
-            << ", \"common\": " << diff.common << ", \"different\": " << diff.different
-            << ", \"only_a\": " << diff.only_a << ", \"only_b\": " << diff.only_b;
+  Json all{{"equal", diff.is_equal()},
+           {"common", diff.common},
+           {"different", diff.different},
+           {"only_a", diff.only_a},
+           {"only_b", diff.only_b}};
   if (!diff.is_equal()) {
-    std::cout << ", \"first_tick\": " << diff.first_tick
-              << ", \"first_field\": " << json_string(diff.first_field);
+    all["first_tick"] = diff.first_tick;
+    all["first_field"] = diff.first_field;
   }
-  std::cout << ", \"rms_force_n\": " << diff.rms_force << ", \"rms_proxy_m\": " << diff.rms_proxy
-            << "}\n";
+  all["rms_force_n"] = diff.rms_force;
+  all["rms_proxy_m"] = diff.rms_proxy;
+  std::cout << json_line(all) << '\n';
 }
 
 void run_diff(const LogOptions& options) {

@@ -21,6 +21,7 @@
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
 #include "proto/ipc/sessions.h"
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 #include "proto/os/priorities.h"
 #include "proto/os/progress.h"
@@ -50,15 +51,15 @@ uint64_t size_on_disk(const std::string& path) {
 }
 
 void print_json(const Recorder& recorder, uint64_t bytes, double seconds) {
-  std::cout << "[";
-  const char* separator = "\n";
+  Json rows = Json::array();
   for (const TopicCount& count : recorder.counts()) {
-    std::cout << separator << "  {\"topic\": \"" << count.topic
-              << "\", \"recorded\": " << count.recorded << ", \"lost\": " << count.lost
-              << ", \"seconds\": " << seconds << ", \"file_bytes\": " << bytes << "}";
-    separator = ",\n";
+    rows.push_back({{"topic", count.topic},
+                    {"recorded", count.recorded},
+                    {"lost", count.lost},
+                    {"seconds", seconds},
+                    {"file_bytes", bytes}});
   }
-  std::cout << "\n]\n";
+  std::cout << json_lines(rows);
 }
 
 void print_table(const Recorder& recorder, uint64_t bytes, const std::string& path,

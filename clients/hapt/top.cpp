@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -18,9 +17,9 @@
 #include "clients/library/client.h"
 #include "clients/report/report.h"
 #include "proto/config/out_of_reach.h"
-#include "proto/config/quantity.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 #include "proto/wire/behind.h"
 
@@ -116,12 +115,6 @@ std::string cell(const Histogram& durations, double percent) {
   return readable(1e-9 * static_cast<double>(durations.percentile(percent)), "s");
 }
 
-/// A number in hapticd's status; 0: it is not there.
-double number_in(const std::string& status, const std::string& key) {
-  const size_t at = status.find("\"" + key + "\": ");
-  return at == status.npos ? 0 : std::strtod(status.c_str() + at + key.size() + 4, nullptr);
-}
-
 /// Asks hapticd once a second how many bodies are out of reach, for that depends on the session's
 /// file, which a client does not have. Empty while hapticd does not answer.
 class BodiesAsked {
@@ -132,10 +125,10 @@ class BodiesAsked {
     if (now_ns() - asked_ns_ < kAskPeriod) return gone_;
     asked_ns_ = now_ns();
     try {
-      const std::string status = say_to_session(session_, "status", kStatusPatience);
-      const double bodies = std::clamp(number_in(status, "out_of_reach"), 0.0, 1.0 * kMaxObjects);
-      gone_ = {static_cast<uint32_t>(bodies), number_in(status, "reach")};
-    } catch (const HandoutError&) {
+      const Json status = Json::parse(say_to_session(session_, "status", kStatusPatience));
+      gone_ = {std::min(status.at("out_of_reach").get<uint32_t>(), kMaxObjects),
+               status.at("reach").get<double>()};
+    } catch (const std::exception&) {
       gone_.reset();
     }
     return gone_;
@@ -173,40 +166,35 @@ void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
 }
 
 /// {"p50": …, "p99": …, "max": …} in seconds; null where nothing was measured.
-std::string json_of(const Histogram& durations) {
-  if (durations.count() == 0) return "null";
-  const auto seconds = [](auto ns) { return number_text(1e-9 * static_cast<double>(ns)); };
-  return "{\"p50\": " + seconds(durations.percentile(50)) +
-         ", \"p99\": " + seconds(durations.percentile(99)) +
-         ", \"max\": " + seconds(durations.max()) + "}";
-}
-
-std::string json_of(const Line& l) {
-  return json_string(l.name) + ": {\"state\": " + json_string(l.state) +
-         ", \"generation\": " + std::to_string(l.generation) +
-         ", \"rate_hz\": " + number_text(l.rate) + ", \"wake_lateness_s\": " + json_of(l.wait) +
-         ", \"busy_s\": " + json_of(l.busy) + ", \"missed\": " + std::to_string(l.lost) + "}";
+Json json_of(const Histogram& durations) {
+  if (durations.count() == 0) return nullptr;
+  const auto seconds = [](auto ns) { return 1e-9 * static_cast<double>(ns); };
+  return {{"p50", seconds(durations.percentile(50))},
+          {"p99", seconds(durations.percentile(99))},
+          {"max", seconds(durations.max())}};
 }
 
 void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame, double seconds,
                        const std::optional<OutOfReach>& gone) {
-  std::cout << "{\"seconds\": " << seconds << ", \"processes\": {";
-  const char* separator = "";
+  Json processes = Json::object(), behind = Json::array();
   for (const Line& l : lines) {
-    std::cout << separator << json_of(l);
-    separator = ", ";
+    processes[l.name] = {{"state", l.state},          {"generation", l.generation},
+                         {"rate_hz", l.rate},         {"wake_lateness_s", json_of(l.wait)},
+                         {"busy_s", json_of(l.busy)}, {"missed", l.lost}};
   }
-  std::cout << "}, \"force_n\": " << norm(frame.F_device_B.f) << ", \"depth_m\": " << frame.depth
-            << ", \"contacts\": " << frame.n_contacts << ", \"fade\": " << frame.fade
-            << ", \"skipped_ticks\": " << frame.skipped << ", \"fault\": " << frame.fault
-            << ", \"behind\": [";
-  separator = "";
   for (const BehindRow& row : kBehind) {
-    if ((frame.flags & row.flag) == 0) continue;
-    std::cout << separator << json_string(row.name);
-    separator = ", ";
+    if ((frame.flags & row.flag) != 0) behind.push_back(row.name);
   }
-  std::cout << "], \"out_of_reach\": " << (gone ? std::to_string(gone->bodies) : "null") << "}"
+  std::cout << json_line({{"seconds", seconds},
+                          {"processes", processes},
+                          {"force_n", norm(frame.F_device_B.f)},
+                          {"depth_m", frame.depth},
+                          {"contacts", frame.n_contacts},
+                          {"fade", frame.fade},
+                          {"skipped_ticks", frame.skipped},
+                          {"fault", frame.fault},
+                          {"behind", behind},
+                          {"out_of_reach", gone ? Json(gone->bodies) : Json(nullptr)}})
             << std::endl;
 }
 

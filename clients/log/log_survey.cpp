@@ -13,29 +13,10 @@ void LogStep::add(const LogStep& more) {
 }
 
 std::array<double, kNumPlotted> PlottedOf::operator()(const ServoFrame& frame) {
-  const Vec3 f = rotate(q_WB_, frame.F_device_B.f), t = rotate(q_WB_, frame.F_device_B.t);
-  return {f.x,
-          f.y,
-          f.z,
-          norm(f),
-          t.x,
-          t.y,
-          t.z,
-          norm(t),
-          frame.depth,
-          1e-9 * static_cast<double>(frame.wake_late_ns),
-          contact_rate(frame)};
-}
-
-double PlottedOf::contact_rate(const ServoFrame& frame) {
-  // the oldest of the ring, which this frame replaces; in the beginning the first of all
-  const Answer before = answers_[n_ < answers_.size() ? 0 : n_ % answers_.size()];
-  const bool is_first = n_ == 0;
-  answers_[n_++ % answers_.size()] = {frame.t_ns, frame.contact_seq};
-  const double seconds = 1e-9 * static_cast<double>(frame.t_ns - before.t_ns);
-  // a new contact process counts from the beginning
-  const bool counts = !is_first && seconds > 0 && frame.contact_seq >= before.seq;
-  return counts ? static_cast<double>(frame.contact_seq - before.seq) / seconds : 0;
+  samples_.add(sample_of(frame, X_WB_));
+  const Sample& s = samples_.at(samples_.end() - 1);
+  const Vec3 &f = s.force_W, &t = s.torque_W;
+  return {f.x, f.y, f.z, norm(f), t.x, t.y, t.z, norm(t), s.depth, s.wake_late, s.contact_rate};
 }
 
 LogSurvey::LogSurvey(const LogIndex& index, const Quat& q_WB) : index_(index) {

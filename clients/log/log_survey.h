@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clients/log/log_index.h"
+#include "clients/log/samples.h"
 #include "proto/math/pose.h"
 
 namespace haptic {
@@ -48,19 +49,12 @@ enum Plotted : size_t {
 class PlottedOf {
  public:
   /// `q_WB`: the base of the device in W.
-  explicit PlottedOf(const Quat& q_WB) : q_WB_(q_WB) {}
+  explicit PlottedOf(const Quat& q_WB) : X_WB_{{}, q_WB} {}
   std::array<double, kNumPlotted> operator()(const ServoFrame& frame);
 
  private:
-  double contact_rate(const ServoFrame& frame);
-
-  struct Answer {
-    int64_t t_ns = 0;
-    uint64_t seq = 0;
-  };
-  Quat q_WB_;
-  std::array<Answer, 100> answers_{};
-  size_t n_ = 0;  // frames so far
+  Pose X_WB_;
+  Samples samples_;
 };
 
 /// Smallest and largest values over some ticks; `frames` 0: there are none.

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "clients/report/formatted.h"
 #include "clients/report/plot_svg.h"
 #include "clients/report/report.h"
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 
 namespace haptic {
@@ -36,13 +38,12 @@ std::string place(const Vec3& p) {
   return formatted("(%.1f, %.1f, %.1f)", 1e3 * p.x, 1e3 * p.y, 1e3 * p.z);
 }
 
-std::string json(const Vec3& p) {
-  return formatted("[%.17g, %.17g, %.17g]", p.x, p.y, p.z);
+Json json_of(const Vec3& p) {
+  return {p.x, p.y, p.z};
 }
 
-std::string json(const Pose& X) {
-  return "{\"position\": " + json(X.p) +
-         formatted(", \"orientation\": [%.17g, %.17g, %.17g, %.17g]}", X.q.w, X.q.x, X.q.y, X.q.z);
+Json json_of(const Pose& X) {
+  return {{"position", json_of(X.p)}, {"orientation", {X.q.w, X.q.x, X.q.y, X.q.z}}};
 }
 
 /// The least distance in each tenth of the time, and to which object.
@@ -93,28 +94,31 @@ void print_clearance(std::ostream& out, const std::string& log, const SessionCon
 
 void print_clearance_json(std::ostream& out, const std::string& log, const SessionConfig& config,
                           const Clearance& clearance) {
-  out << "{\"log\": " << json_string(log) << ", \"poses\": " << clearance.samples.size()
-      << ", \"proven\": " << clearance.proven << ", \"objects\": [";
-  const char* separator = "";
+  Json objects = Json::array();
   for (const Tightest& one : clearance.tightest) {
-    out << separator << "{\"name\": " << json_string(view(config.objects[one.object].name))
-        << ", \"index\": " << one.object << formatted(", \"distance_m\": %.17g", one.distance)
-        << ", \"meets\": " << (one.distance > 0 ? "false" : "true") << ", \"tick\": " << one.tick
-        << formatted(", \"t_s\": %.9f", one.t) << ", \"tool_point_W\": " << json(one.tool_point_W)
-        << ", \"object_point_W\": " << json(one.object_point_W) << ", \"X_WT\": " << json(one.X_WT)
-        << ", \"X_WO\": " << json(one.X_WO) << '}';
-    separator = ", ";
+    objects.push_back({{"name", view(config.objects[one.object].name)},
+                       {"index", one.object},
+                       {"distance_m", one.distance},
+                       {"meets", !(one.distance > 0)},
+                       {"tick", one.tick},
+                       {"t_s", one.t},
+                       {"tool_point_W", json_of(one.tool_point_W)},
+                       {"object_point_W", json_of(one.object_point_W)},
+                       {"X_WT", json_of(one.X_WT)},
+                       {"X_WO", json_of(one.X_WO)}});
   }
-  out << "], \"nearest\": " << clearance.nearest() << ", \"samples\": [";
-  separator = "\n";
+  std::string all = json_line({{"log", log},
+                               {"poses", clearance.samples.size()},
+                               {"proven", clearance.proven},
+                               {"objects", objects},
+                               {"nearest", clearance.nearest()}});
+  // an hour has millions of samples: they are written one by one
+  all.pop_back();
+  out << all << ", \"samples\": [";
+  const char* separator = "\n";
   for (const ClearanceSample& sample : clearance.samples) {
-    out << separator << "{\"tick\": " << sample.tick << formatted(", \"t_s\": %.9f", sample.t)
-        << ", \"distance_m\": [";
-    for (size_t k = 0; k < sample.distances.size(); ++k) {
-      out << (k > 0 ? ", " : "") << formatted("%.17g", sample.distances[k]);
-    }
-    out << "]}";
-    separator = ",\n";
+    out << std::exchange(separator, ",\n")
+        << json_line({{"tick", sample.tick}, {"t_s", sample.t}, {"distance_m", sample.distances}});
   }
   out << "]}\n";
 }

@@ -2,7 +2,6 @@
 #include "clients/report/log_info.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
@@ -10,8 +9,10 @@
 #include <optional>
 
 #include "clients/log/log_columns.h"
+#include "clients/report/formatted.h"
 #include "clients/report/summary.h"
 #include "proto/log/trace.h"
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 #include "proto/wire/renderer.h"
 
@@ -120,19 +121,6 @@ double contact_share(const LogInfo& info) {
              : 100 * static_cast<double>(info.touching) / static_cast<double>(info.frames);
 }
 
-std::string number(const char* format, double value) {
-  char text[64];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
-
-template <typename Words>
-std::string json_list(const Words& words) {
-  std::string out = "[";
-  for (const std::string& word : words) out += (out.size() == 1 ? "" : ", ") + json_string(word);
-  return out + "]";
-}
-
 }  // namespace
 
 LogInfo read_log_info(const std::string& path, const std::function<void(double)>& told) {
@@ -180,14 +168,14 @@ void print_info(std::ostream& out, const LogInfo& info) {
   line("began", local_time(info.begin_ns));
   line("version", shown(info.version) + ", layout " + shown(info.abi));
   if (!info.notice.empty()) line("layout", info.notice);
-  line("duration", number("%.1f s", info.duration));
+  line("duration", formatted("%.1f s", info.duration));
   line("size", std::to_string(info.bytes >> 10) + " KiB");
   if (!info.columns.empty()) {
     line("columns", joined({info.columns.begin(), info.columns.end()}));
   }
   line("renderers", joined(info.renderers));
-  line("contact", number("%.1f %% of the ticks", contact_share(info)));
-  line("max force", number("%.3g N", info.max_force));
+  line("contact", formatted("%.1f %% of the ticks", contact_share(info)));
+  line("max force", formatted("%.3g N", info.max_force));
   line("late ticks", std::to_string(info.late_ticks));
   line("faults",
        joined(info.faults) +
@@ -199,36 +187,43 @@ void print_info(std::ostream& out, const LogInfo& info) {
                                   "`hapt recover` makes a complete file");
   for (const TopicSummary& topic : info.topics) {
     line(shown(topic.topic),
-         std::to_string(topic.count) + number(", %.4g Hz, ", topic.rate) + shown(topic.schema) +
+         std::to_string(topic.count) + formatted(", %.4g Hz, ", topic.rate) + shown(topic.schema) +
              (topic.lost == 0 ? "" : ", " + std::to_string(topic.lost) + " lost"));
   }
 }
 
 void print_info_json(std::ostream& out, const LogInfo& info) {
-  const auto yes = [](bool value) { return value ? "true" : "false"; };
-  out << "{\"file\": " << json_string(info.path) << ", \"session\": " << json_string(info.session)
-      << ", \"began\": " << json_string(local_time(info.begin_ns))
-      << ", \"version\": " << json_string(info.version) << ", \"abi\": " << json_string(info.abi)
-      << ", \"host\": " << json_string(info.host)
-      << ", \"duration_s\": " << number("%.9g", info.duration) << ", \"bytes\": " << info.bytes
-      << ", \"renderers\": " << json_list(info.renderers)
-      << ", \"columns\": " << json_list(info.columns) << ", \"frames\": " << info.frames
-      << ", \"contact_percent\": " << number("%.9g", contact_share(info))
-      << ", \"max_force_n\": " << number("%.9g", info.max_force)
-      << ", \"late_ticks\": " << info.late_ticks << ", \"fault_ticks\": " << info.fault_ticks
-      << ", \"faults\": " << json_list(info.faults)
-      << ", \"lost\": " << (info.knows_losses ? std::to_string(info.lost) : "null")
-      << ", \"config\": " << yes(info.has_config) << ", \"ended\": " << yes(info.was_finished)
-      << ", \"notice\": " << json_string(info.notice) << ", \"topics\": [";
-  const char* separator = "";
+  Json topics = Json::array();
   for (const TopicSummary& topic : info.topics) {
-    out << separator << "{\"topic\": " << json_string(topic.topic)
-        << ", \"schema\": " << json_string(topic.schema) << ", \"count\": " << topic.count
-        << ", \"rate_hz\": " << number("%.9g", topic.rate) << ", \"lost\": " << topic.lost
-        << ", \"ours\": " << yes(topic.ours) << "}";
-    separator = ", ";
+    topics.push_back({{"topic", topic.topic},
+                      {"schema", topic.schema},
+                      {"count", topic.count},
+                      {"rate_hz", topic.rate},
+                      {"lost", topic.lost},
+                      {"ours", topic.ours}});
   }
-  out << "]}\n";
+  out << json_line({{"file", info.path},
+                    {"session", info.session},
+                    {"began", local_time(info.begin_ns)},
+                    {"version", info.version},
+                    {"abi", info.abi},
+                    {"host", info.host},
+                    {"duration_s", info.duration},
+                    {"bytes", info.bytes},
+                    {"renderers", info.renderers},
+                    {"columns", info.columns},
+                    {"frames", info.frames},
+                    {"contact_percent", contact_share(info)},
+                    {"max_force_n", info.max_force},
+                    {"late_ticks", info.late_ticks},
+                    {"fault_ticks", info.fault_ticks},
+                    {"faults", info.faults},
+                    {"lost", info.knows_losses ? Json(info.lost) : Json(nullptr)},
+                    {"config", info.has_config},
+                    {"ended", info.was_finished},
+                    {"notice", info.notice},
+                    {"topics", topics}})
+      << '\n';
 }
 
 }  // namespace haptic

@@ -11,14 +11,16 @@
 #include <thread>
 
 #include "clients/report/formatted.h"
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 #include "proto/os/version.h"
 
 namespace haptic {
 namespace {
 
-std::string json_number(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? formatted("%.9g", *value) : "null";
+template <typename T>
+Json json_or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
 }
 
 bool is_count(double value) {
@@ -86,23 +88,20 @@ void print_table(std::ostream& out, const std::vector<Row>& rows) {
 }
 
 void print_json(std::ostream& out, const std::vector<Row>& rows) {
-  out << "[\n";
-  for (size_t i = 0; i < rows.size(); ++i) {
-    const Row& row = rows[i];
-    out << "  {\"case\": " << json_string(row.case_name)
-        << ", \"metric\": " << json_string(row.metric) << ", \"value\": " << json_number(row.value)
-        << ", \"unit\": " << json_string(row.unit)
-        << ", \"peer\": " << (row.peer.empty() ? "null" : json_string(row.peer))
-        << ", \"peer_value\": " << json_number(row.peer_value)
-        << ", \"ratio\": " << json_number(row.ratio()) << ", \"goal\": " << json_number(row.goal)
-        << ", \"holds\": "
-        << (!row.holds   ? "null"
-            : *row.holds ? "true"
-                         : "false");
-    if (!row.note.empty()) out << ", \"note\": " << json_string(row.note);
-    out << "}" << (i + 1 < rows.size() ? ",\n" : "\n");
+  Json all = Json::array();
+  for (const Row& row : rows) {
+    all.push_back({{"case", row.case_name},
+                   {"metric", row.metric},
+                   {"value", row.value},
+                   {"unit", row.unit},
+                   {"peer", row.peer.empty() ? Json(nullptr) : Json(row.peer)},
+                   {"peer_value", json_or_null(row.peer_value)},
+                   {"ratio", json_or_null(row.ratio())},
+                   {"goal", json_or_null(row.goal)},
+                   {"holds", json_or_null(row.holds)}});
+    if (!row.note.empty()) all.back()["note"] = row.note;
   }
-  out << "]\n";
+  out << json_lines(all);
 }
 
 bool all_hold(const std::vector<Row>& rows) {

@@ -2,18 +2,16 @@
 #include "clients/view/foxglove.h"
 
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <stdexcept>
 
 #include "proto/log/trace.h"
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 #include "proto/os/version.h"
 
 namespace haptic {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr std::array<char, 4> kCdrHeader{0, 1, 0, 0};  // little endian, as in recordings
 constexpr char kMessageData = 1;                       // opcode of a binary message
@@ -53,10 +51,6 @@ constexpr std::array<Channel, 4> kChannels{{
        return record_of(v, v.has_control, v.control.revision, v.control.t_ns, v.control);
      }},
 }};
-
-std::string line_of(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
 
 template <typename T>
 void append(std::string& out, T number) {
@@ -107,12 +101,12 @@ void unsubscribe(FoxgloveClient& client, const Json& message) {
 }  // namespace
 
 std::string foxglove_server_info(const std::string& session) {
-  return line_of({{"op", "serverInfo"},
-                  {"name", "hapticd " + session},
-                  {"capabilities", Json::array()},
-                  {"supportedEncodings", Json::array()},
-                  {"metadata", {{"version", version()}}},
-                  {"sessionId", session}});
+  return json_compact({{"op", "serverInfo"},
+                       {"name", "hapticd " + session},
+                       {"capabilities", Json::array()},
+                       {"supportedEncodings", Json::array()},
+                       {"metadata", {{"version", version()}}},
+                       {"sessionId", session}});
 }
 
 std::string foxglove_advertise() {
@@ -126,7 +120,7 @@ std::string foxglove_advertise() {
                         {"schema", full_definition(topic.text)},
                         {"schemaEncoding", "ros2msg"}});
   }
-  return line_of({{"op", "advertise"}, {"channels", channels}});
+  return json_compact({{"op", "advertise"}, {"channels", channels}});
 }
 
 std::string hear_foxglove(FoxgloveClient& client, std::string_view text) {
@@ -143,7 +137,7 @@ std::string hear_foxglove(FoxgloveClient& client, std::string_view text) {
 }
 
 std::string foxglove_warning(const std::string& text) {
-  return line_of({{"op", "status"}, {"level", kWarning}, {"message", text}});
+  return json_compact({{"op", "status"}, {"level", kWarning}, {"message", text}});
 }
 
 std::vector<std::string> foxglove_messages(FoxgloveClient& client, const View& view) {

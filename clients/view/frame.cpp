@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 
+#include "proto/os/json.h"
 #include "proto/wire/scene_pose.h"
 
 namespace haptic {
@@ -189,32 +190,32 @@ consteval uint32_t place_of(std::string_view name) {
   throw "no such field";
 }
 
+/// The place and the size of each field of a part.
 template <typename T, size_t N>
-std::string places_json(const FrameField<T> (&fields)[N]) {
-  std::string text;
+Json places_json(const FrameField<T> (&fields)[N], Json places = Json::object()) {
   uint32_t offset = 0;
   for (const FrameField<T>& field : fields) {
-    if (offset > 0) text += ", ";
-    text += '"' + std::string(field.name) + "\": [" + std::to_string(offset) + ", " +
-            std::to_string(field.count) + "]";
+    places[field.name] = {offset, field.count};
     offset += field.count;
   }
-  return text;
+  return places;
 }
 
 template <typename T, size_t N>
-std::string part_json(const char* name, const FrameField<T> (&fields)[N]) {
-  return ", \"" + std::string(name) + "\": {\"size\": " + std::to_string(size_of(fields)) + ", " +
-         places_json(fields) + "}";
+Json part_json(const FrameField<T> (&fields)[N]) {
+  return places_json(fields, {{"size", size_of(fields)}});
 }
 
 }  // namespace
 
 std::string layout_json() {
-  return "{\"fixed\": {" + places_json(kFixed) +
-         "}, \"fixed_size\": " + std::to_string(size_of(kFixed)) + part_json("object", kObject) +
-         part_json("contact", kContact) + part_json("joint", kJoint) +
-         part_json("sample", kSample) + "}\n";
+  return json_line({{"fixed", places_json(kFixed)},
+                    {"fixed_size", size_of(kFixed)},
+                    {"object", part_json(kObject)},
+                    {"contact", part_json(kContact)},
+                    {"joint", part_json(kJoint)},
+                    {"sample", part_json(kSample)}}) +
+         "\n";
 }
 
 std::vector<double> common_frame(const View& view) {

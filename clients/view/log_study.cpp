@@ -3,17 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "clients/view/web/http_rules.h"
 #include "proto/log/csv.h"
+#include "proto/os/json.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr int64_t kPieceTime = 20'000'000;  // [ns] of reading, then others have their turn
 constexpr size_t kPieceChunks = 8;          // read in a piece: two seconds of a recording
@@ -79,8 +77,7 @@ WebAnswer LogStudy::overview(std::string_view query) {
         is_short ? exact_steps(*from, *to, n, column) : steps_of(*from, *to, n, column);
     all["columns"].push_back(column_json(index_.columns()[column].name, steps));
   }
-  return {200, "application/json",
-          shared_text(all.dump(-1, ' ', false, Json::error_handler_t::replace))};
+  return {200, "application/json", shared_text(json_compact(all))};
 }
 
 /// Out of what the survey has read.

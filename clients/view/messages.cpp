@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/view/messages.h"
 
-#include <nlohmann/json.hpp>
-
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 #include "proto/os/version.h"
 
 namespace haptic {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-std::string message_text(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
 
 /// "what (remedy)" taken apart.
 Json fault_json(const std::string& words) {
@@ -31,15 +24,15 @@ std::string hello_message(const std::string& source, const std::string& session,
   hello["columns"] = columns.empty() ? std::vector<std::string>{session} : columns;
   hello["control"] = false;
   if (missed >= 0) hello["missed"] = missed;
-  return message_text(hello);
+  return json_compact(hello);
 }
 
 std::string gone_message(const std::string& text) {
-  return message_text({{"type", "gone"}, {"text", one_line(text)}});
+  return json_compact({{"type", "gone"}, {"text", one_line(text)}});
 }
 
 std::string control_message(bool allowed, const std::string& reason) {
-  return message_text({{"type", "control"}, {"allowed", allowed}, {"reason", reason}});
+  return json_compact({{"type", "control"}, {"allowed", allowed}, {"reason", reason}});
 }
 
 std::string answer_message(const std::string& id, bool ok, const std::string& text) {
@@ -47,7 +40,7 @@ std::string answer_message(const std::string& id, bool ok, const std::string& te
   answer["id"] = Json::parse(id, nullptr, false);
   answer["ok"] = ok;
   answer["text"] = one_line(text);
-  return message_text(answer);
+  return json_compact(answer);
 }
 
 SessionWords parse_status(std::string_view json) {
@@ -91,7 +84,7 @@ std::string status_message(const View& view, const SessionWords& words, size_t v
     status["warnings"].push_back(
         {{"text", out_of_reach_text(words.gone)}, {"remedy", kMendOutOfReach}});
   }
-  return message_text(status);
+  return json_compact(status);
 }
 
 }  // namespace haptic

@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/view/page_message.h"
+#include "proto/os/json.h"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 namespace haptic {
 namespace {
-
-using PageJson = nlohmann::json;
 
 constexpr double kSlowest = 1, kFastest = 120;          // frames a second that can be asked for
 constexpr double kMostSequence = 9007199254740992;      // 2⁵³
@@ -21,19 +19,19 @@ constexpr double kSlowestPlay = 0.1, kFastestPlay = 4;  // times real time
 constexpr size_t kLongestId = 64;                       // of a command, as JSON [bytes]
 
 /// The member of that name; throws where it is missing.
-const PageJson& member(const PageJson& object, const char* name) {
+const Json& member(const Json& object, const char* name) {
   const auto found = object.find(name);
   if (found == object.end()) throw std::runtime_error(std::string("lacks ") + name);
   return *found;
 }
 
-std::string text_in(const PageJson& object, const char* name) {
-  const PageJson& value = member(object, name);
+std::string text_in(const Json& object, const char* name) {
+  const Json& value = member(object, name);
   if (!value.is_string()) throw std::runtime_error(std::string(name) + " is no text");
   return value.get<std::string>();
 }
 
-double number_of(const PageJson& value, const char* name, double low, double high) {
+double number_of(const Json& value, const char* name, double low, double high) {
   if (!value.is_number()) throw std::runtime_error(std::string(name) + " is no number");
   const double number = value.get<double>();
   // also false for NaN
@@ -44,7 +42,7 @@ double number_of(const PageJson& value, const char* name, double low, double hig
 }
 
 template <size_t N>
-std::array<double, N> numbers_of(const PageJson& value, const char* name, double most) {
+std::array<double, N> numbers_of(const Json& value, const char* name, double most) {
   if (!value.is_array() || value.size() != N) {
     throw std::runtime_error(std::string(name) + " has not " + std::to_string(N) + " numbers");
   }
@@ -53,7 +51,7 @@ std::array<double, N> numbers_of(const PageJson& value, const char* name, double
   return numbers;
 }
 
-LeadMessage lead_of(const PageJson& message) {
+LeadMessage lead_of(const Json& message) {
   LeadMessage lead;
   const auto p = numbers_of<3>(member(message, "position"), "position", kFarthest);
   lead.position_W = {p[0], p[1], p[2]};
@@ -68,19 +66,19 @@ LeadMessage lead_of(const PageJson& message) {
   return lead;
 }
 
-CommandMessage command_of(const PageJson& message) {
-  const PageJson& id = member(message, "id");
+CommandMessage command_of(const Json& message) {
+  const Json& id = member(message, "id");
   if (!id.is_string() && !id.is_number()) throw std::runtime_error("id is no number or text");
   CommandMessage command{id.dump(), text_in(message, "line")};
   if (command.id.size() > kLongestId) throw std::runtime_error("id is too long");
   return command;
 }
 
-uint64_t tick_in(const PageJson& message, const char* name) {
+uint64_t tick_in(const Json& message, const char* name) {
   return static_cast<uint64_t>(number_of(member(message, name), name, 0, kMostSequence));
 }
 
-NextMessage next_of(const PageJson& message) {
+NextMessage next_of(const Json& message) {
   const std::string kind = text_in(message, "kind");
   const auto known = std::ranges::find(kMarkKinds, kind);
   if (known == kMarkKinds.end()) throw std::runtime_error("has an unknown kind");
@@ -88,14 +86,14 @@ NextMessage next_of(const PageJson& message) {
           number_of(member(message, "direction"), "direction", -1, 1) > 0};
 }
 
-LoopMessage loop_of(const PageJson& message) {
-  const PageJson& from = member(message, "from");
+LoopMessage loop_of(const Json& message) {
+  const Json& from = member(message, "from");
   if (from.is_null()) return {};
   const uint64_t begin = tick_in(message, "from");
   return {{{begin, std::max(begin, tick_in(message, "to"))}}};
 }
 
-std::optional<LogMessage> log_message_of(const std::string& type, const PageJson& message) {
+std::optional<LogMessage> log_message_of(const std::string& type, const Json& message) {
   if (type == "seek") return SeekMessage{tick_in(message, "tick")};
   if (type == "play") {
     return PlayMessage{number_of(member(message, "speed"), "speed", kSlowestPlay, kFastestPlay)};
@@ -110,7 +108,7 @@ std::optional<LogMessage> log_message_of(const std::string& type, const PageJson
   return std::nullopt;
 }
 
-PageMessage message_of(const PageJson& message) {
+PageMessage message_of(const Json& message) {
   if (!message.is_object()) throw std::runtime_error("is no object");
   const std::string type = text_in(message, "type");
   if (type == "token") return TokenMessage{text_in(message, "token")};
@@ -147,7 +145,7 @@ std::optional<ShownMessage> plain_shown(std::string_view text) {
 
 PageMessage parse_page_message(std::string_view text) {
   if (const auto shown = plain_shown(text)) return *shown;
-  const PageJson message = PageJson::parse(text, nullptr, false);
+  const Json message = Json::parse(text, nullptr, false);
   if (message.is_discarded()) return BadMessage{"the message is no JSON"};
   try {
     return message_of(message);

@@ -3,17 +3,15 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
 
 #include "proto/config/config.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
+#include "proto/os/json.h"
 #include "proto/wire/proxy_solver.h"
 
 namespace haptic {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json path_of(const SharedText& eye, const std::string& folder, const std::string& name) {
   return eye == nullptr ? Json(nullptr) : Json("/" + folder + "/" + name + ".bin");
@@ -182,7 +180,7 @@ std::string scene_json(const SceneInfo& info, const View& view, bool with_config
     scene["notice"] = "This recording holds no meshes: pose, proxy and contacts are shown alone.";
   }
   scene["config"] = with_config ? info.config_text : "";
-  return scene.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json_compact(scene);
 }
 
 }  // namespace haptic

@@ -4,21 +4,19 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 #include "proto/os/regular_file.h"
 
 namespace haptic {
 namespace {
 
-using ReadJson = nlohmann::json;
-
 constexpr size_t kMostBytes = size_t{256} << 20;  // some two million samples
 constexpr double kUnitTolerance = 1e-6;           // of a quaternion's length, printed in full
 
 template <size_t N>
-std::array<double, N> numbers(const ReadJson& list) {
+std::array<double, N> numbers(const Json& list) {
   const auto values = list.get<std::array<double, N>>();
   for (const double value : values) {
     if (!std::isfinite(value)) throw std::invalid_argument("a number that is not finite");
@@ -26,12 +24,12 @@ std::array<double, N> numbers(const ReadJson& list) {
   return values;
 }
 
-Vec3 point(const ReadJson& list) {
+Vec3 point(const Json& list) {
   const auto [x, y, z] = numbers<3>(list);
   return {x, y, z};
 }
 
-Pose pose(const ReadJson& json) {
+Pose pose(const Json& json) {
   const auto [w, x, y, z] = numbers<4>(json.at("orientation"));
   const Quat q{x, y, z, w};
   if (!(std::fabs(std::sqrt(dot(q, q)) - 1) < kUnitTolerance)) {
@@ -44,8 +42,8 @@ Pose pose(const ReadJson& json) {
 
 TightestPlace parse_tightest(std::string_view text, const std::string& file) {
   try {
-    const ReadJson all = ReadJson::parse(text);
-    const ReadJson& one = all.at("objects").at(all.at("nearest").get<size_t>());
+    const Json all = Json::parse(text);
+    const Json& one = all.at("objects").at(all.at("nearest").get<size_t>());
     TightestPlace place;
     place.object = one.at("index").get<uint32_t>();
     place.name = one.at("name").get<std::string>();

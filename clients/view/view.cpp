@@ -1,43 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/view/view.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace haptic {
 namespace {
 
-constexpr uint64_t kRateSpan = 100;              // samples of contact_rate: 0.1 s at 1 kHz
 constexpr int64_t kMeterSpan = 1'000'000'000;    // [ns], over which a rate is taken
 constexpr int64_t kMeterStep = kMeterSpan / 16;  // [ns], between two marks
 
 }  // namespace
-
-void Samples::add(Sample sample) {
-  if (end_ > 0) {
-    const Sample& before = at(end_ - std::min(end_, kRateSpan));
-    const double seconds = sample.time - before.time;
-    // a new contact process counts from the beginning
-    const bool counts = seconds > 0 && sample.contact_seq >= before.contact_seq;
-    sample.contact_rate =
-        counts ? static_cast<double>(sample.contact_seq - before.contact_seq) / seconds : 0;
-  }
-  ring_[end_ % kCapacity] = sample;
-  ++end_;
-}
-
-Sample sample_of(const ServoFrame& frame, const Pose& X_WB) {
-  Sample sample;
-  sample.time = 1e-9 * static_cast<double>(frame.t_ns);
-  sample.force_W = rotate(X_WB.q, frame.F_device_B.f);
-  sample.torque_W = rotate(X_WB.q, frame.F_device_B.t);
-  sample.depth = frame.depth;
-  sample.wake_late = 1e-9 * static_cast<double>(frame.wake_late_ns);
-  sample.flags = frame.flags;
-  sample.contact_seq = frame.contact_seq;
-  return sample;
-}
 
 uint32_t solver_of(const View& view) {
   return view.has_control && view.control.solver > 0 ? view.control.solver - 1 : view.solver;

@@ -6,37 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "clients/log/samples.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
-
-/// What the plots show of one servo tick.
-struct Sample {
-  double time = 0;           // [s], of the session's clock
-  Vec3 force_W, torque_W;    // at the device [N], [N·m]
-  double depth = 0;          // [m]
-  double wake_late = 0;      // [s]
-  double contact_rate = 0;   // answers of contact a second, over the last 0.1 s
-  uint32_t flags = 0;        // ServoFlag
-  uint64_t contact_seq = 0;  // of the set in use
-};
-
-/// The newest samples, numbered from 0 on since the source began.
-class Samples {
- public:
-  static constexpr uint64_t kCapacity = 512;
-
-  /// Appends one and gives it its contact_rate.
-  void add(Sample sample);
-  /// Samples since the source began; the newest has the number end() − 1.
-  uint64_t end() const { return end_; }
-  /// A sample of the newest kCapacity.
-  const Sample& at(uint64_t number) const { return ring_[number % kCapacity]; }
-
- private:
-  std::array<Sample, kCapacity> ring_{};
-  uint64_t end_ = 0;
-};
 
 /// A process of a session, as its segment shows it.
 struct ProcessView {
@@ -73,9 +46,6 @@ struct View {
   uint64_t faults = 0;                     // latched since the source began
   std::array<ProcessView, 4> processes{};  // servo, contact, sim, control
 };
-
-/// A sample of this frame; its contact_rate is given by Samples.
-Sample sample_of(const ServoFrame& frame, const Pose& X_WB);
 
 /// The soft solver, whether the hand is led by a viewer, and where it means to go: as the session
 /// says it, where it does.

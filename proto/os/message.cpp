@@ -126,21 +126,6 @@ std::string one_line(std::string_view message) {
   return printable(message, kLongestMessage);
 }
 
-std::string json_string(std::string_view text) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string out = "\"";
-  for (const char c : text) {
-    const auto code = static_cast<unsigned char>(c);
-    if (code < 0x20) {
-      out += {'\\', 'u', '0', '0', kDigits[code >> 4], kDigits[code & 0xf]};
-      continue;
-    }
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + "\"";
-}
-
 std::string_view nearest_word(std::string_view word, const std::vector<std::string_view>& known) {
   constexpr size_t kShortestBeginning = 3;
   std::string_view nearest;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "proto/ipc/process.h"
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
 #include "servo/hapticd/patient_sink.h"
@@ -106,7 +107,7 @@ void HapticdLog::drain() {
 void HapticdLog::write(LogLevel level, std::string_view source, const std::string& message) {
   const std::string line = one_line(message);
   const std::string text =
-      json_ ? fmt::format(R"("source":{},"message":{})", json_string(source), json_string(line))
+      json_ ? fmt::format(R"("source":{},"message":{})", json_line(source), json_line(line))
             : fmt::format("{}: {}", source, line);
   logger_->log(spdlog_level(level), text);
 }

@@ -4,6 +4,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "proto/config/quantity.h"
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 #include "proto/wire/renderer.h"
 #include "servo/hapticd/state_words.h"
@@ -58,12 +59,6 @@ std::string process_text(const SessionStatus::Process& process) {
   return text;
 }
 
-std::string json_words(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + json_string(word);
-  return "[" + text + "]";
-}
-
 }  // namespace
 
 std::string status_text(const SessionStatus& status) {
@@ -102,28 +97,39 @@ std::string status_text(const SessionStatus& status) {
 }
 
 std::string status_json(const SessionStatus& status) {
-  std::string processes;
+  Json processes = Json::array();
   for (const SessionStatus::Process& process : status.processes) {
-    processes += fmt::format(R"({}{{"name": "{}", "pid": {}, "generation": {}, "runs": {}}})",
-                             processes.empty() ? "" : ", ", process.name, process.pid,
-                             process.generation, process.runs);
+    processes.push_back({{"name", process.name},
+                         {"pid", process.pid},
+                         {"generation", process.generation},
+                         {"runs", process.runs}});
   }
   const std::vector<std::string> closed = closed_by(status);
   const ControlFrame& wanted = status.wanted;
   const std::string_view solver = solver_name(status);
-  return fmt::format(
-      R"({{"session": "{}", "since": "{}", "renderer": "{}", "device": {}, "force": "{}", )"
-      R"("closed_by": {}, "state": {}, "processes": [{}], )"
-      R"("spare": {{"pid": {}, "generation": {}, "ready": {}}}, "clients": {}, "revision": {}, )"
-      R"("armed": {}, "paused": {}, "stiffness": {}, "solver": {}, "led": {}, "tick": {}, )"
-      R"("fault": {}, "out_of_reach": {}, "reach": {}}})",
-      status.session, time_text("%Y-%m-%dT%H:%M:%S%z", status.since), renderer_of(status),
-      json_string(status.device), closed.empty() ? "open" : "closed", json_words(closed),
-      json_words(words_of_flags(status.servo.flags)), processes, status.spare.pid,
-      status.spare.generation, status.spare.is_ready, status.clients, wanted.revision,
-      wanted.armed != 0, wanted.paused != 0, wanted.translational_stiffness,
-      solver.empty() ? "null" : json_string(std::string(solver)), is_led(status), status.servo.tick,
-      status.servo.fault, status.gone.bodies, status.gone.reach);
+  return json_line({{"session", status.session},
+                    {"since", time_text("%Y-%m-%dT%H:%M:%S%z", status.since)},
+                    {"renderer", renderer_of(status)},
+                    {"device", status.device},
+                    {"force", closed.empty() ? "open" : "closed"},
+                    {"closed_by", closed},
+                    {"state", words_of_flags(status.servo.flags)},
+                    {"processes", processes},
+                    {"spare",
+                     {{"pid", status.spare.pid},
+                      {"generation", status.spare.generation},
+                      {"ready", status.spare.is_ready}}},
+                    {"clients", status.clients},
+                    {"revision", wanted.revision},
+                    {"armed", wanted.armed != 0},
+                    {"paused", wanted.paused != 0},
+                    {"stiffness", wanted.translational_stiffness},
+                    {"solver", solver.empty() ? Json(nullptr) : Json(solver)},
+                    {"led", is_led(status)},
+                    {"tick", status.servo.tick},
+                    {"fault", status.servo.fault},
+                    {"out_of_reach", status.gone.bodies},
+                    {"reach", status.gone.reach}});
 }
 
 }  // namespace haptic

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <sstream>
 
+#include "proto/os/json.h"
 #include "proto/os/message.h"
 
 namespace haptic {
@@ -43,7 +45,14 @@ TEST_CASE("nearest word: few letters differ, or the word only goes on") {
 }
 
 TEST_CASE("JSON string: quotes, backslashes and control characters are escaped") {
-  CHECK(json_string("a \"b\" \\ \n\x1f ü") == "\"a \\\"b\\\" \\\\ \\u000a\\u001f ü\"");
+  CHECK(json_line("a \"b\" \\ \n\x1f ü") == "\"a \\\"b\\\" \\\\ \\n\\u001f ü\"");
+  CHECK(json_line("a\xff") == "\"a\ufffd\"");
+}
+
+TEST_CASE("JSON: one line with its keys in their order, and no number that is not finite") {
+  const Json json{{"z", 500.0}, {"a", {1, 0.1, std::nan("")}}, {"e", Json::array()}, {"b", true}};
+  CHECK(json_line(json) == R"({"z": 500, "a": [1, 0.1, null], "e": [], "b": true})");
+  CHECK(json_lines({1, 2}) == "[\n  1,\n  2\n]\n");
 }
 
 }  // namespace haptic
