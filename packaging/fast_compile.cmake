@@ -18,6 +18,12 @@ function(haptic_precompile name library)
   add_library(${name} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
   target_link_libraries(${name} PRIVATE ${library})
   target_precompile_headers(${name} PRIVATE ${ARGN})
+  # g++ knows a header that it has precompiled by its text, comments too; ccache would give it one of other
+  # comments, and every header would then be there twice
+  if(CMAKE_CXX_COMPILER_LAUNCHER)
+    set_target_properties(${name} PROPERTIES
+      CXX_COMPILER_LAUNCHER "env;CCACHE_COMMENTS=1;${CMAKE_CXX_COMPILER_LAUNCHER}")
+  endif()
 endfunction()
 
 # haptic_compile_together(target): its files six at a time, which halves the time again. Those of one area
