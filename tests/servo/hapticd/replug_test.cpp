@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "proto/config/devices.h"
+#include "proto/ipc/handout_server.h"
 #include "proto/ipc/sessions.h"
 #include "proto/os/realtime.h"
 #include "servo/hapticd/device_guard.h"
