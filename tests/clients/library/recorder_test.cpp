@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/ipc/handout_server.h"
 #include "proto/ipc/sessions.h"
 #include "proto/os/realtime.h"
 #include "tests/proto/ipc/served.h"

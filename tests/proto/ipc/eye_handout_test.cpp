@@ -9,6 +9,7 @@
 
 #include "clients/library/client.h"
 #include "proto/ipc/handout_message.h"
+#include "proto/ipc/handout_server.h"
 #include "proto/ipc/sessions.h"
 #include "tests/proto/ipc/served.h"
 #include "tests/support/temporary_folder.h"

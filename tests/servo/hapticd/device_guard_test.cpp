@@ -16,6 +16,7 @@
 #include <string>
 
 #include "proto/config/devices.h"
+#include "proto/ipc/handout_server.h"
 #include "proto/ipc/sessions.h"
 #include "proto/math/units.h"
 #include "proto/os/realtime.h"
