@@ -104,13 +104,17 @@ void FaultInjector::change_hands(FaultOutcome& outcome) {
   judged_ns_ = now_ns();
 }
 
+/// True if nothing has been held for a while.
+bool FaultInjector::is_empty() const {
+  return std::ranges::all_of(
+      session_.records_since(now_ns() - kEmptyNs),
+      [](const EmulatorRecord& r) { return norm(r.force_B) < ForceRules{}.step; });
+}
+
 /// A grasp ends with whatever ends a force, and begins only when the button goes down again.
 void FaultInjector::take_again(FaultOutcome& outcome) {
   if (!session_.holds()) return;
-  const auto recent = session_.records_since(now_ns() - kEmptyNs);
-  const bool is_empty = std::ranges::all_of(
-      recent, [](const EmulatorRecord& r) { return norm(r.force_B) < ForceRules{}.step; });
-  if (!is_empty && session_.wait_calm(kCalmNs)) return;
+  if (!is_empty() && session_.wait_calm(kCalmNs)) return;
   if (session_.take(kFaultPatienceNs)) return;
   outcome.violations.push_back("the block cannot be taken again");
 }
@@ -128,10 +132,18 @@ FaultOutcome FaultInjector::inject(FaultKind kind) {
   outcome.left_out = done.left_out;
   outcome.violations.insert(outcome.violations.end(), done.problems.begin(), done.problems.end());
   if (!done.left_out.empty()) return outcome;
-  const bool may_end_hold = session_.holds() && info_of(kind).effect != Effect::kNothing;
-  const auto whole_ns =
-      may_end_hold ? std::nullopt : session_.wait_whole(done.whole_from_ns, kFaultPatienceNs);
-  if (may_end_hold) {
+  bool ends_hold = session_.holds() && info_of(kind).effect != Effect::kNothing;
+  std::optional<int64_t> whole_ns;
+  if (!ends_hold) {
+    const int64_t patience_ns = session_.holds() ? kCalmNs : kFaultPatienceNs;
+    whole_ns = session_.wait_whole(done.whole_from_ns, patience_ns);
+    // a standstill of the machine ends a hold too: the commands are judged by it
+    ends_hold = session_.holds() && !whole_ns && is_empty();
+    if (!whole_ns && !ends_hold) {
+      whole_ns = session_.wait_whole(done.whole_from_ns, kFaultPatienceNs);
+    }
+  }
+  if (ends_hold) {
     session_.pause(kBeforeNs);
   } else if (!whole_ns) {
     outcome.violations.push_back("not whole again within " + milliseconds(kFaultPatienceNs));

@@ -38,6 +38,7 @@ class FaultInjector {
 
  private:
   void change_hands(FaultOutcome& outcome);
+  bool is_empty() const;
   void take_again(FaultOutcome& outcome);
   std::vector<std::string> judge_calm(int64_t until_ns) const;
   void judge(const FaultInfo& info, const Inflicted& done, FaultOutcome& outcome);

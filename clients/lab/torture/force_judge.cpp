@@ -208,11 +208,15 @@ void judge_complete(const ForceRules& rules, std::span<const EmulatorRecord> rec
 
 void judge_unchanged(const ForceRules& rules, std::span<const Command> all,
                      const JudgedFault& fault, Findings& found) {
+  // a standstill that closes the force ends a hold, until the hand takes its body again
+  bool has_fallen = false;
   for (const Command& c : all) {
     const bool meanwhile =
         c.t_ns >= fault.begin_ns && (fault.over_ns == 0 || c.t_ns < fault.over_ns);
     if (!meanwhile || c.is_spring) continue;
-    if (is_excused(rules, fault, c)) {
+    const bool is_empty = rules.weight > 0 && c.force < rules.step;
+    if (is_excused(rules, fault, c) || (has_fallen && is_empty)) {
+      has_fallen = is_empty;
       ++found.verdict.excused;
     } else {
       found.add(ForceBreach::kChanged, c.t_ns, c.force, rules.stiffness * c.depth);

@@ -147,6 +147,13 @@ TEST_CASE("judge: a body that hangs from a resting hand may swing, and nothing e
   stood.stalls = {{kFirstNs + 280 * kMs, kFirstNs + 300 * kMs}};
   const auto swung = [&](double t) { return t < 300 || t > 400 ? -0.98 : -1.25; };
   CHECK(judge_force(rules, hanging(swung), stood).violations.empty());
+  // or falls, if that closed the force; without a standstill that is a violation
+  const auto falls = [](double t) { return t < 300 ? -0.98 : 0.0; };
+  CHECK(judge_force(rules, hanging(falls), stood).violations.empty());
+  CHECK(breaks(judge_force(rules, hanging(falls), nothing), ForceBreach::kChanged));
+  const auto falls_later = [](double t) { return t < 590 ? -0.98 : 0.0; };
+  stood.stalls = {{kFirstNs + 180 * kMs, kFirstNs + 200 * kMs}};
+  CHECK(breaks(judge_force(rules, hanging(falls_later), stood), ForceBreach::kChanged));
 }
 
 TEST_CASE("judge: a zero that came before the time of the fault was noted is in time") {
