@@ -127,7 +127,7 @@ VirtualBody pushed(const ServoModel& model, const VirtualBody& from, const Virtu
   return {moved(from.X_BH, model.dt * V_B), V_B};
 }
 
-/// Whether the tool goes where contact has proven it free; with the clutch held it goes nowhere.
+/// True if the tool goes where contact has proven it free; with the clutch held it goes nowhere.
 bool is_led_by_contact(const ServoState& state, const ContactSet* set) {
   return set != nullptr && is_renderer(set->renderer) && !state.clutch.held &&
          is_rigid(static_cast<Renderer>(set->renderer));

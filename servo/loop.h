@@ -7,7 +7,7 @@
 #include "servo/step.h"
 
 /// The body of the servo's loop without its clock: haptic-servo runs it on a deadline clock, `hapt
-/// selftest` and the tests run it a million times under rt_guard.
+/// selftest` and the tests run it a million times under a guard.
 namespace haptic {
 
 /// The newest item of each ring the servo reads; kept from tick to tick.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/detect/detector.h"
+#include "proto/math/assert.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {
@@ -23,6 +24,7 @@ void detect(const ContactModel& model, AnyDetector& kept, const ContactQuestion&
     return detect_by<detector>(model, kept, question, set);
 #include "proto/wire/renderers.def"
   }
+  HAPTIC_ASSERT(false);
 }
 
 }  // namespace haptic

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "device-io/motors/three_motor_device.h"
 
+#include <limits>
 #include <utility>
 
 #include "proto/math/assert.h"
@@ -15,6 +16,8 @@ ThreeMotorDevice::ThreeMotorDevice(const Arm& arm, MotorFlags flags, const Devic
       mailbox_(std::move(mailbox)),
       thread_(std::move(thread)) {
   HAPTIC_ASSERT(mailbox_ && arm.encoders <= sample_.counts.size());
+  // its mailbox holds numbers of 16 bits
+  HAPTIC_ASSERT(arm.most_effort * arm.numbers <= std::numeric_limits<int16_t>::max());
 }
 
 std::string ThreeMotorDevice::description() const {

@@ -18,8 +18,8 @@ namespace {
 constexpr int64_t kLongestStepNs = 20'000'000;  // after a stall the handle does not jump
 
 /// Reports of a nonblocking hidraw node, one a call: what hidapi does too, but over the descriptor
-/// that rt_guard knows, and without a message, which hidapi allocates, about a device that has
-/// gone.
+/// that the guard of the tests knows, and without a message, which hidapi allocates, about a device
+/// that has gone.
 NextReport reports_of(FileDescriptor node) {
   auto kept = std::make_shared<FileDescriptor>(std::move(node));
   return [kept](std::span<uint8_t> report) {

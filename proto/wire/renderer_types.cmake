@@ -6,7 +6,7 @@ set(haptic_renderers ${CMAKE_CURRENT_LIST_DIR}/renderers.def)
 function(haptic_renderer_types target folder Kind)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${haptic_renderers})
   string(TOLOWER ${Kind} kind)
-  file(READ ${haptic_renderers} lines)
+  file(STRINGS ${haptic_renderers} lines REGEX "^[^/]")  # no comments
   string(REGEX MATCHALL "[A-Za-z0-9]+${Kind}[,)]" types "${lines}")
   list(TRANSFORM types REPLACE "[,)]" "")
   list(REMOVE_DUPLICATES types)

@@ -80,7 +80,10 @@ void ChildProcess::launch(const std::string& folder, const char* new_program,
 
 std::optional<int> ChildProcess::ended() {
   int status = 0;
-  if (!is_running() || waitpid(pid, &status, WNOHANG) != pid) return std::nullopt;
+  if (!is_running()) return std::nullopt;
+  // one that somebody else has waited for is gone too
+  const pid_t waited = waitpid(pid, &status, WNOHANG);
+  if (waited != pid && !(waited < 0 && errno == ECHILD)) return std::nullopt;
   pid = -1;
   pidfd = {};
   return status;

@@ -169,7 +169,7 @@ void Children::start_due(int64_t t_ns) {
       // a lack of descriptors or memory may pass; the session waits
       const bool is_spare = &role == &spare_;
       const int64_t wait_ns = is_spare ? role.put_off(t_ns) : kRetryStartNs;
-      role.life.phase = Phase::kWaiting;
+      if (!role.child.is_running()) role.life.phase = Phase::kWaiting;
       role.start_at_ns = t_ns + wait_ns;
       session_.log.write(LogLevel::kError, role.name,
                          (is_spare ? "" : std::string(role.program) + " ") +
@@ -182,7 +182,9 @@ void Children::start_due(int64_t t_ns) {
 /// When to start a child; never while there is one or its device is gone, and a spare only beside a
 /// contact that runs.
 int64_t Children::start_time(const Role& role) const {
-  const bool waits = role.life.phase == Phase::kWaiting && !lacks_device(role) &&
+  // what threw after its process had been made runs on
+  const bool waits = role.life.phase == Phase::kWaiting && !role.child.is_running() &&
+                     !lacks_device(role) &&
                      (&role != &spare_ || contact_.life.phase == Phase::kRunning);
   return waits ? role.start_at_ns : Role::kNever;
 }

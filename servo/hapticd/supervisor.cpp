@@ -30,6 +30,8 @@ FileDescriptor take_signals() {
   const sigset_t set = stop_signals();
   sigprocmask(SIG_BLOCK, &set, nullptr);
   signal(SIGPIPE, SIG_IGN);
+  // ignored by the parent, deaths of children would leave nothing to wait for
+  signal(SIGCHLD, SIG_DFL);
   return FileDescriptor(signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK));
 }
 

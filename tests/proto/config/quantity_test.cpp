@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One rule for quantities: errors in the text, and known units. The same at the inputs of the
-// programs: tests/process/quantities_test.cpp.
+// programs: tests/process/words/quantities_test.cpp.
 #include "proto/config/quantity.h"
 
 #include <catch2/catch.hpp>
