@@ -5,11 +5,11 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "device-io/hand/impedance.h"
-#include "proto/os/message.h"
 #include "device-io/emulator/emulated_falcon.h"
 #include "device-io/emulator/emulated_hid_arm.h"
 #include "device-io/emulator/emulated_spacemouse.h"
+#include "device-io/hand/impedance.h"
+#include "proto/os/message.h"
 
 namespace haptic::test {
 namespace {

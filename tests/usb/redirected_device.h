@@ -8,8 +8,8 @@
 #include <list>
 #include <memory>
 
-#include "proto/os/file_descriptor.h"
 #include "device-io/emulator/emulated_usb.h"
+#include "proto/os/file_descriptor.h"
 
 namespace haptic::test {
 

@@ -5,8 +5,8 @@
 #include <fstream>
 
 #include "proto/ipc/process.h"
-#include "tests/support/temporary_folder.h"
 #include "tests/support/driver/falcon_bench.h"
+#include "tests/support/temporary_folder.h"
 
 using namespace haptic;
 using namespace haptic::test;

@@ -8,9 +8,9 @@
 #include <string>
 
 #include "proto/math/units.h"
+#include "tests/support/driver/falcon_bench.h"
 #include "tests/support/driver/rows.h"
 #include "tests/support/near.h"
-#include "tests/support/driver/falcon_bench.h"
 
 using namespace haptic;
 using namespace haptic::test;

@@ -6,8 +6,8 @@
 #include <catch2/catch.hpp>
 #include <span>
 
-#include "tests/support/driver/rows.h"
 #include "tests/support/driver/haply_bench.h"
+#include "tests/support/driver/rows.h"
 
 using namespace haptic;
 using namespace haptic::test;

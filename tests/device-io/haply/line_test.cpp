@@ -4,11 +4,11 @@
 #include <catch2/catch.hpp>
 #include <thread>
 
+#include "device-io/emulator/emulated_haply.h"
 #include "device-io/hand/impedance.h"
 #include "device-io/haply/haply.h"
 #include "proto/os/realtime.h"
 #include "proto/os/serial_port.h"
-#include "device-io/emulator/emulated_haply.h"
 #include "tests/support/pty_line.h"
 
 using namespace haptic;

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "proto/math/units.h"
-#include "tests/support/driver/rows.h"
 #include "tests/support/driver/hid_arm_bench.h"
+#include "tests/support/driver/rows.h"
 
 using namespace haptic;
 using namespace haptic::test;

@@ -9,8 +9,8 @@
 
 #include "device-io/emulator/fault_order.h"
 #include "device-io/hand/impedance.h"
-#include "tests/support/driver/rows.h"
 #include "tests/support/driver/emulated_arm.h"
+#include "tests/support/driver/rows.h"
 
 using namespace haptic;
 using namespace haptic::test;

@@ -6,11 +6,11 @@
 
 #include "clients/lab/support/lockstep.h"
 #include "contact/bake/session.h"
+#include "device-io/emulator/emulated_spacemouse.h"
 #include "device-io/spacemouse/spacemouse.h"
 #include "proto/config/config.h"
 #include "tests/support/data.h"
 #include "tests/support/guarded.h"
-#include "device-io/emulator/emulated_spacemouse.h"
 
 using namespace haptic;
 using namespace haptic::test;

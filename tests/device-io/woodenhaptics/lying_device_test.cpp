@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 
 #include "proto/math/units.h"
-#include "tests/support/driver/rows.h"
 #include "tests/support/driver/emulated_arm.h"
+#include "tests/support/driver/rows.h"
 #include "tests/support/torture_scale.h"
 
 using namespace haptic;

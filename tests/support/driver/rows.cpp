@@ -11,8 +11,8 @@
 #include "device-io/sixmotors/kinematics.h"
 #include "device-io/woodenhaptics/kinematics.h"
 #include "tests/support/driver/emulated_arm.h"
-#include "tests/support/driver/haply_bench.h"
 #include "tests/support/driver/falcon_bench.h"
+#include "tests/support/driver/haply_bench.h"
 #include "tests/support/driver/hid_arm_bench.h"
 
 namespace haptic::test {

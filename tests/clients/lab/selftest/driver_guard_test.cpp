@@ -18,6 +18,8 @@
 
 #include "clients/lab/selftest/guarded_loop.h"
 #include "contact/bake/session.h"
+#include "device-io/emulator/emulated_haply.h"
+#include "device-io/emulator/emulated_spacemouse.h"
 #include "device-io/hand/impedance.h"
 #include "device-io/haply/haply.h"
 #include "device-io/owndevice/own_device_arm.h"
@@ -29,11 +31,9 @@
 #include "tests/clients/lab/selftest/played_device.h"
 #include "tests/support/data.h"
 #include "tests/support/driver/emulated_arm.h"
-#include "device-io/emulator/emulated_haply.h"
-#include "tests/support/torture_scale.h"
-#include "device-io/emulator/emulated_spacemouse.h"
 #include "tests/support/driver/falcon_bench.h"
 #include "tests/support/driver/hid_arm_bench.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic {
 namespace {
