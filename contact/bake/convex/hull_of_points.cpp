@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -114,8 +115,9 @@ PointsHull two_sided(std::span<const Vec3> points, const Vec3& normal) {
   return *joined(points, {cycle, back});
 }
 
-/// The triangles of the hull, as points.
-std::vector<Corners> hull_triangles(std::span<const Vec3> points) {
+/// The triangles of CGAL's hull, as points. Of points in one plane it may take
+/// any triangles, and in any order: both depend on addresses.
+std::vector<Corners> some_triangles(std::span<const Vec3> points) {
   std::vector<Kernel::Point_3> input;
   std::map<std::tuple<double, double, double>, uint32_t> point_at;
   for (uint32_t i = 0; i < points.size(); ++i) {
@@ -132,10 +134,7 @@ std::vector<Corners> hull_triangles(std::span<const Vec3> points) {
       const auto& p = mesh.point(vertex);
       corners[k++] = point_at.at({p.x(), p.y(), p.z()});
     }
-    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
   }
-  // CGAL's order depends on addresses
-  std::sort(triangles.begin(), triangles.end());
   return triangles;
 }
 
@@ -154,63 +153,56 @@ std::vector<Corners> neighbours_of(const std::vector<Corners>& triangles) {
   return neighbours;
 }
 
-/// A number of its polygon for each triangle: from the largest on, with all around it that lie in
-/// its plane and face the same way, so that slivers join what they lie in.
-std::vector<uint32_t> hull_polygons(std::span<const Vec3> points,
-                                    const std::vector<Corners>& triangles,
-                                    const std::vector<Corners>& neighbours, double tolerance) {
-  std::vector<Vec3> normals;
-  for (const auto& [a, b, c] : triangles) {
-    normals.push_back(cross(points[b] - points[a], points[c] - points[a]));
-  }
-  std::vector<uint32_t> order(triangles.size()), polygon(triangles.size(), kNone), waiting;
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-    return norm_squared(normals[a]) > norm_squared(normals[b]);
-  });
-  uint32_t n_polygons = 0;
-  for (const uint32_t seed : order) {
-    if (polygon[seed] != kNone) continue;
-    const Vec3 normal = normalized(normals[seed]), origin = points[triangles[seed][0]];
-    const auto joins = [&](uint32_t t) {
-      return polygon[t] == kNone && dot(normals[t], normal) >= 0 &&
-             std::all_of(triangles[t].begin(), triangles[t].end(), [&](uint32_t p) {
-               return std::fabs(dot(normal, points[p] - origin)) <= tolerance;
-             });
-    };
-    polygon[seed] = n_polygons;
-    waiting.assign(1, seed);
-    while (!waiting.empty()) {
+/// A number of its patch for each triangle: each seed, in this order, with all around it for which
+/// joins(seed, triangle).
+template <class Joins>
+std::vector<uint32_t> patches_of(const std::vector<Corners>& neighbours,
+                                 const std::vector<uint32_t>& seeds, const Joins& joins) {
+  std::vector<uint32_t> patch(neighbours.size(), kNone), waiting;
+  uint32_t n_patches = 0;
+  for (const uint32_t seed : seeds) {
+    if (patch[seed] != kNone) continue;
+    patch[seed] = n_patches;
+    for (waiting.assign(1, seed); !waiting.empty();) {
       const uint32_t t = waiting.back();
       waiting.pop_back();
       for (const uint32_t next : neighbours[t]) {
-        if (joins(next)) polygon[next] = n_polygons, waiting.push_back(next);
+        if (patch[next] == kNone && joins(seed, next)) {
+          patch[next] = n_patches, waiting.push_back(next);
+        }
       }
     }
-    ++n_polygons;
+    ++n_patches;
   }
-  return polygon;
+  return patch;
 }
 
-/// The polygons of the triangles with these numbers; nothing where one is not a simple polygon with
-/// three corners that three polygons share.
-std::optional<PointsHull> merged(std::span<const Vec3> points,
-                                 const std::vector<Corners>& triangles,
+std::vector<uint32_t> numbers_to(size_t n) {
+  std::vector<uint32_t> numbers(n);
+  std::iota(numbers.begin(), numbers.end(), 0);
+  return numbers;
+}
+
+using Cycles = std::vector<std::vector<uint32_t>>;
+
+/// The borders of the patches, of the points that three of them share; nothing where one is not a
+/// simple polygon with three such corners.
+std::optional<Cycles> borders_of(const std::vector<Corners>& triangles,
                                  const std::vector<Corners>& neighbours,
-                                 const std::vector<uint32_t>& polygon) {
-  std::map<std::pair<uint32_t, uint32_t>, uint32_t> end_of;  // of (polygon, start of a border)
+                                 const std::vector<uint32_t>& patch) {
+  std::map<std::pair<uint32_t, uint32_t>, uint32_t> end_of;  // of (patch, start of a border)
   std::map<uint32_t, uint32_t> n_borders;                    // that leave a point
   for (size_t t = 0; t < triangles.size(); ++t) {
     for (size_t k = 0; k < 3; ++k) {
-      if (polygon[neighbours[t][k]] == polygon[t]) continue;
+      if (patch[neighbours[t][k]] == patch[t]) continue;
       const uint32_t from = triangles[t][k], to = triangles[t][(k + 1) % 3];
-      if (!end_of.try_emplace({polygon[t], from}, to).second) return {};
+      if (!end_of.try_emplace({patch[t], from}, to).second) return {};
       ++n_borders[from];
     }
   }
   const size_t n_ends = end_of.size();
   size_t n_walked = 0;
-  std::vector<std::vector<uint32_t>> cycles;
+  Cycles cycles;
   for (auto at = end_of.begin(); at != end_of.end();) {
     const auto [number, first] = at->first;
     std::vector<uint32_t> cycle;
@@ -224,8 +216,63 @@ std::optional<PointsHull> merged(std::span<const Vec3> points,
     cycles.push_back(std::move(cycle));
     while (at != end_of.end() && at->first.first == number) ++at;
   }
-  if (n_walked != n_ends) return {};  // a polygon with a hole
-  std::optional<PointsHull> hull = joined(points, cycles);
+  if (n_walked != n_ends) return {};  // a patch with a hole
+  return cycles;
+}
+
+/// The triangles of the hull, as points, whatever CGAL has taken: each facet, exactly in one plane,
+/// is a fan from its lowest corner.
+std::vector<Corners> hull_triangles(std::span<const Vec3> points) {
+  const std::vector<Corners> any = some_triangles(points), neighbours = neighbours_of(any);
+  const auto exact = [&](uint32_t p) {
+    return Kernel::Point_3(points[p].x, points[p].y, points[p].z);
+  };
+  const auto is_coplanar = [&](uint32_t seed, uint32_t t) {
+    const auto& [a, b, c] = any[seed];
+    return std::ranges::all_of(
+        any[t], [&](uint32_t p) { return CGAL::coplanar(exact(a), exact(b), exact(c), exact(p)); });
+  };
+  const auto facets =
+      borders_of(any, neighbours, patches_of(neighbours, numbers_to(any.size()), is_coplanar));
+  if (!facets) throw InputError("convex hull: the surface is not one of a body; repair the mesh");
+  std::vector<Corners> triangles;
+  for (std::vector<uint32_t> facet : *facets) {
+    std::ranges::rotate(facet, std::ranges::min_element(facet));
+    for (size_t k = 1; k + 1 < facet.size(); ++k) {
+      triangles.push_back({facet[0], facet[k], facet[k + 1]});
+    }
+  }
+  std::ranges::sort(triangles);
+  return triangles;
+}
+
+/// A number of its polygon for each triangle: from the largest on, with all around it that lie in
+/// its plane and face the same way, so that slivers join what they lie in.
+std::vector<uint32_t> hull_polygons(std::span<const Vec3> points,
+                                    const std::vector<Corners>& triangles,
+                                    const std::vector<Corners>& neighbours, double tolerance) {
+  std::vector<Vec3> normals;
+  for (const auto& [a, b, c] : triangles) {
+    normals.push_back(cross(points[b] - points[a], points[c] - points[a]));
+  }
+  std::vector<uint32_t> order = numbers_to(triangles.size());
+  std::ranges::stable_sort(order, std::greater{},
+                           [&](uint32_t t) { return norm_squared(normals[t]); });
+  return patches_of(neighbours, order, [&](uint32_t seed, uint32_t t) {
+    const Vec3 normal = normalized(normals[seed]), origin = points[triangles[seed][0]];
+    return dot(normals[t], normal) >= 0 && std::ranges::all_of(triangles[t], [&](uint32_t p) {
+             return std::fabs(dot(normal, points[p] - origin)) <= tolerance;
+           });
+  });
+}
+
+/// The body whose faces are the patches; nothing where they are those of no body.
+std::optional<PointsHull> merged(std::span<const Vec3> points,
+                                 const std::vector<Corners>& triangles,
+                                 const std::vector<Corners>& neighbours,
+                                 const std::vector<uint32_t>& patch) {
+  const std::optional<Cycles> cycles = borders_of(triangles, neighbours, patch);
+  std::optional<PointsHull> hull = cycles ? joined(points, *cycles) : std::nullopt;
   if (!hull) return {};
   const HullData& h = hull->hull;
   if (h.vertices.size() + h.faces.size() != h.edges.size() / 2 + 2) return {};
@@ -250,9 +297,7 @@ PointsHull hull_of_points(std::span<const Vec3> points) {
                      hull_polygons(points, triangles, neighbours, kFlat * extent));
   if (hull) return std::move(*hull);
   // a shape at the limit of the tolerance: its triangles as they are
-  std::vector<uint32_t> alone(triangles.size());
-  std::iota(alone.begin(), alone.end(), 0);
-  hull = merged(points, triangles, neighbours, alone);
+  hull = merged(points, triangles, neighbours, numbers_to(triangles.size()));
   if (!hull) throw InputError("convex hull: the surface is not one of a body; repair the mesh");
   return std::move(*hull);
 }

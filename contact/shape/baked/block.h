@@ -23,7 +23,7 @@ inline void require_baked(bool holds, const char* what) {
 }
 
 /// Incremented with every change of a layout or of the baking: older caches are not read.
-inline constexpr uint32_t kBakeVersion = 6;
+inline constexpr uint32_t kBakeVersion = 7;
 
 enum class BakedKind : uint32_t { kShape = 1, kVolume = 2, kPieces = 3 };
 
