@@ -101,9 +101,13 @@ template <typename T>
 constexpr uint64_t record_hash() {
   uint64_t hash = fnv1a(alignof(T), fnv1a(uint64_t{sizeof(T)}, fnv1a("")));
   if constexpr (requires { Schema<T>::text; }) {
-    hash = fnv1a(Schema<T>::text, fnv1a(Schema<T>::name, hash));
-    // structs that may be nested in it
-    hash = fnv1a(Schema<Contact>::text, fnv1a(Schema<DeviceState>::text, hash));
+    hash = fnv1a(Schema<T>::name, hash);
+    // of all records: one may be nested in another
+#define RECORD(record, ...) hash = fnv1a(Schema<record>::text, hash);
+#define FIELD(...)
+#define ARRAY(...)
+#define END(...)
+#include "proto/wire/records.def"
   }
   return hash;
 }

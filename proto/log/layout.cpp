@@ -2,69 +2,37 @@
 #include "proto/log/layout.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 namespace haptic {
 namespace {
 
-/// The value of a field in records whose layout lacks it.
+/// What a field of a record is where the layout lacks it. `field`: the path of what is new, of
+/// which it may be a part.
 struct Default {
-  std::string_view schema, field;
-  uint32_t value;
-  std::string_view why;
+  std::string field;
+  const Since* since;
 };
 
-// a new field of proto/wire/wire.h gets a row: without one older recordings are refused
-constexpr std::array<Default, 27> kDefaults{{
-    // since layout 11
-    {"ServoFrame", "object_impulse_time_W", 0, "no object could be pushed away"},
-    {"ServoFrame", "forgotten_impulse_W", 0, "no object could be pushed away"},
-    {"ServoFrame", "impulses_since_ns", 0, "no object could be pushed away"},
-    {"SceneFrame", "joints", 0, "there were no joints"},
-    {"SceneFrame", "n_joints", 0, "there were no joints"},
-    {"SceneFrame", "seen_t_ns", 0, "no object could be pushed away"},
-    {"SceneFrame", "n_responses", 0, "no object could be pushed away"},
-    {"SceneFrame", "responses", 0, "no object could be pushed away"},
-    // since layout 9
-    {"ServoFrame", "translational_stiffness", 0, "the coupling in force was not recorded"},
-    {"ServoFrame", "rotational_stiffness", 0, "the coupling in force was not recorded"},
-    {"ServoFrame", "X_command_B", 0, "no device was commanded a pose"},
-    {"ServoFrame", "device.F_hand_B", 0, "no device measured the hand's wrench"},
-    // since layout 8
-    {"ControlFrame", "X_WT_intent", 0, "nobody led the hand"},
-    {"ControlFrame", "intent_t_ns", 0, "nobody led the hand"},
-    {"ControlFrame", "leading", 0, "nobody led the hand"},
-    {"ControlFrame", "solver", 0, "as the session's file said"},
-    // since layout 6; until 7 it was one for all objects
-    {"ContactSet", "clearance", 0, "not known"},
-    // since layout 5
-    {"ContactSet", "contacts.stiffness", 0, "each contact was a plane"},
-    {"ContactSet", "tool", 0, "the tool was a point"},
-    {"ContactSet", "wrench_object", 0, "there was no linearised wrench"},
-    // since layout 4
-    {"ServoFrame", "held_back_W", 0, "there was no friction"},
-    {"ServoFrame", "renderer", 0, "god-object3 was the only one"},
-    {"ContactSet", "renderer", 0, "god-object3 was the only one"},
-    // since layout 3
-    {"ServoFrame", "fault", 0, "the reason of a fault was not recorded"},
-    {"ControlFrame", "fault", 0, "faults ended with their servo"},
-    {"ControlFrame", "armed", 1, "nothing had to be armed"},
-    // since layout 2
-    {"ContactSet", "reseeds", 0, "not counted"},
-}};
-
-/// The default of a field, or of the one that it is a part of; null: it has none.
-const Default* default_of(std::string_view message, std::string_view path) {
-  const auto row = std::find_if(kDefaults.begin(), kDefaults.end(), [&](const Default& d) {
-    return d.schema == message && path.starts_with(d.field) &&
-           (path.size() == d.field.size() || path[d.field.size()] == '.');
-  });
-  return row == kDefaults.end() ? nullptr : &*row;
+/// The default of the field at this path, without indices, or of the one that it is a part of;
+/// nothing: it has been there from the first layout on.
+std::optional<Default> default_of(std::string_view record, std::string_view path) {
+  const RecordRow* row = find_record(record);
+  for (size_t begin = 0; row != nullptr && begin < path.size();) {
+    const size_t end = std::min(path.find('.', begin), path.size());
+    const auto field =
+        std::ranges::find(row->fields, path.substr(begin, end - begin), &RecordField::name);
+    if (field == row->fields.end()) return {};
+    if (field->since.layout > 1) return Default{std::string(path.substr(0, end)), &field->since};
+    row = find_record(field->type);
+    begin = end + 1;
+  }
+  return {};
 }
 
 /// The path with another text for each of its indices: "a[3].b" becomes "a.b" or "a[0].b".
@@ -140,17 +108,16 @@ class Translator {
 
   void add_default(const Field& field) {
     const std::string path = with_indices(field.name, "");
-    const Default* const row = default_of(schema_, path);
-    if (row == nullptr) {
+    const std::optional<Default> known = default_of(schema_, path);
+    if (!known) {
       throw std::runtime_error("it lacks '" + field.name + "', which has no default");
     }
     std::byte* const to = &out_.defaults[field.offset];
-    const double real = row->value;
-    const uint64_t whole = row->value;
+    const double real = known->since->value;
+    const uint64_t whole = known->since->value;
     const bool is_real = field.type == "float64";
     std::memcpy(to, is_real ? static_cast<const void*>(&real) : &whole, size_of(field));
-    const std::string value = std::to_string(row->value);
-    note(std::string(row->field) + " (" + value + ": " + std::string(row->why) + ")");
+    note(known->field + " (" + std::to_string(whole) + ": " + std::string(known->since->why) + ")");
   }
 
   /// Once for each field, however many numbers it has.
@@ -168,8 +135,8 @@ class Translator {
 }  // namespace
 
 bool is_new_as_zero(std::string_view message, std::string_view field) {
-  const Default* const row = default_of(message, field);
-  return row != nullptr && row->value == 0;
+  const std::optional<Default> known = default_of(message, field);
+  return known && known->since->value == 0;
 }
 
 Translation translate(std::string_view schema, const std::vector<Field>& ours,

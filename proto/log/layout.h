@@ -11,7 +11,7 @@
 namespace haptic {
 
 /// Converts records of a file with another layout to this program's. Numbers keep their names and
-/// types. Fields that the file lacks get the default that layout.cpp states, with its reason;
+/// types. Fields that the file lacks get the default of proto/wire/records.def, with its reason;
 /// fields that only the file has are left out.
 struct Translation {
   struct Copy {

@@ -26,7 +26,7 @@ struct Definition {
   std::string_view text;
 };
 
-constexpr std::array<Definition, 12> kDefinitions{{
+constexpr auto kDefinitions = std::to_array<Definition>({
     {"geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"},
     {"geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"},
     {"geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"},
@@ -36,13 +36,12 @@ constexpr std::array<Definition, 12> kDefinitions{{
      "geometry_msgs/Vector3 linear # [m/s]\ngeometry_msgs/Vector3 angular # [rad/s]\n"},
     {"geometry_msgs/Wrench",
      "geometry_msgs/Vector3 force # [N]\ngeometry_msgs/Vector3 torque # [N·m]\n"},
-    {"haptic_msgs/DeviceState", Schema<DeviceState>::text},
-    {"haptic_msgs/Contact", Schema<Contact>::text},
-    {"haptic_msgs/ToolBody", Schema<ToolBody>::text},
-    {"haptic_msgs/SeenPush", Schema<SeenPush>::text},
-    {"haptic_msgs/ObjectResponse", Schema<ObjectResponse>::text},
-    {"haptic_msgs/JointState", Schema<JointState>::text},
-}};
+#define RECORD(record, ...) {Schema<record>::type, Schema<record>::text},
+#define FIELD(...)
+#define ARRAY(...)
+#define END(...)
+#include "proto/wire/records.def"
+});
 
 /// Size of a ROS 2 primitive [bytes]; 0: not a primitive. XCDR1 aligns each to its own size.
 constexpr size_t primitive_size(std::string_view type) {
@@ -127,73 +126,16 @@ constexpr size_t cdr_end(std::string_view text, size_t offset, std::string_view 
   return offset;
 }
 
-template <typename T>
-constexpr size_t size_as_text() {
-  return cdr_end(Schema<T>::text, 0);
-}
-template <typename T>
-constexpr size_t offset_as_text(std::string_view field) {
-  return cdr_end(Schema<T>::text, 0, field);
-}
-
-static_assert(size_as_text<DeviceState>() == sizeof(DeviceState));
-static_assert(size_as_text<Contact>() == sizeof(Contact));
-static_assert(size_as_text<ToolBody>() == sizeof(ToolBody));
-static_assert(size_as_text<ServoFrame>() == sizeof(ServoFrame));
-static_assert(size_as_text<ContactSet>() == sizeof(ContactSet));
-static_assert(size_as_text<SeenPush>() == sizeof(SeenPush));
-static_assert(size_as_text<ObjectResponse>() == sizeof(ObjectResponse));
-static_assert(size_as_text<JointState>() == sizeof(JointState));
-static_assert(size_as_text<SceneFrame>() == sizeof(SceneFrame));
-static_assert(size_as_text<ControlFrame>() == sizeof(ControlFrame));
-static_assert(size_as_text<Event>() == sizeof(Event));
-
-// equal sizes do not reveal two swapped fields
-static_assert(offset_as_text<DeviceState>("V_BH") == offsetof(DeviceState, V_BH));
-static_assert(offset_as_text<DeviceState>("flags") == offsetof(DeviceState, flags));
-static_assert(offset_as_text<Contact>("normal_O") == offsetof(Contact, normal_O));
-static_assert(offset_as_text<Contact>("extent") == offsetof(Contact, extent));
-static_assert(offset_as_text<Contact>("feature") == offsetof(Contact, feature));
-static_assert(offset_as_text<ServoFrame>("t_ns") == offsetof(ServoFrame, t_ns));
-static_assert(offset_as_text<ServoFrame>("realtime_ns") == offsetof(ServoFrame, realtime_ns));
-static_assert(offset_as_text<ServoFrame>("device") == offsetof(ServoFrame, device));
-static_assert(offset_as_text<ServoFrame>("X_WG") == offsetof(ServoFrame, X_WG));
-static_assert(offset_as_text<ServoFrame>("X_WP") == offsetof(ServoFrame, X_WP));
-static_assert(offset_as_text<ServoFrame>("F_coupling_W") == offsetof(ServoFrame, F_coupling_W));
-static_assert(offset_as_text<ServoFrame>("F_device_B") == offsetof(ServoFrame, F_device_B));
-static_assert(offset_as_text<ServoFrame>("object_impulse_time_W") ==
-              offsetof(ServoFrame, object_impulse_time_W));
-static_assert(offset_as_text<ServoFrame>("forgotten_impulse_W") ==
-              offsetof(ServoFrame, forgotten_impulse_W));
-static_assert(offset_as_text<ServoFrame>("impulses_since_ns") ==
-              offsetof(ServoFrame, impulses_since_ns));
-static_assert(offset_as_text<ServoFrame>("depth") == offsetof(ServoFrame, depth));
-static_assert(offset_as_text<ServoFrame>("wake_late_ns") == offsetof(ServoFrame, wake_late_ns));
-static_assert(offset_as_text<ServoFrame>("busy_ns") == offsetof(ServoFrame, busy_ns));
-static_assert(offset_as_text<ServoFrame>("flags") == offsetof(ServoFrame, flags));
-static_assert(offset_as_text<ContactSet>("answers_tick") == offsetof(ContactSet, answers_tick));
-static_assert(offset_as_text<ContactSet>("X_WG") == offsetof(ContactSet, X_WG));
-static_assert(offset_as_text<ContactSet>("clearance") == offsetof(ContactSet, clearance));
-static_assert(offset_as_text<ContactSet>("contacts") == offsetof(ContactSet, contacts));
-static_assert(offset_as_text<ContactSet>("F0_W") == offsetof(ContactSet, F0_W));
-static_assert(offset_as_text<ContactSet>("tool") == offsetof(ContactSet, tool));
-static_assert(offset_as_text<ContactSet>("busy_ns") == offsetof(ContactSet, busy_ns));
-static_assert(offset_as_text<ContactSet>("flags") == offsetof(ContactSet, flags));
-static_assert(offset_as_text<SceneFrame>("V_WO") == offsetof(SceneFrame, V_WO));
-static_assert(offset_as_text<SceneFrame>("joints") == offsetof(SceneFrame, joints));
-static_assert(offset_as_text<SceneFrame>("seen_t_ns") == offsetof(SceneFrame, seen_t_ns));
-static_assert(offset_as_text<SceneFrame>("busy_ns") == offsetof(SceneFrame, busy_ns));
-static_assert(offset_as_text<SceneFrame>("n_joints") == offsetof(SceneFrame, n_joints));
-static_assert(offset_as_text<SceneFrame>("n_responses") == offsetof(SceneFrame, n_responses));
-static_assert(offset_as_text<SceneFrame>("responses") == offsetof(SceneFrame, responses));
-static_assert(offset_as_text<ObjectResponse>("mobility") == offsetof(ObjectResponse, mobility));
-static_assert(offset_as_text<ObjectResponse>("seen") == offsetof(ObjectResponse, seen));
-static_assert(offset_as_text<SeenPush>("forgotten_W") == offsetof(SeenPush, forgotten_W));
-static_assert(offset_as_text<ControlFrame>("rotational_damping") ==
-              offsetof(ControlFrame, rotational_damping));
-static_assert(offset_as_text<ControlFrame>("paused") == offsetof(ControlFrame, paused));
-static_assert(offset_as_text<ControlFrame>("solver") == offsetof(ControlFrame, solver));
-static_assert(offset_as_text<Event>("source") == offsetof(Event, source));
+// every offset: equal sizes do not reveal two swapped fields
+#define RECORD(record, ...)                                                   \
+  static_assert(cdr_end(Schema<record>::text, 0) == sizeof(record), #record); \
+  namespace check_##record {                                                  \
+    using Record = record;
+#define FIELD(type, field, ...) \
+  static_assert(cdr_end(Schema<Record>::text, 0, #field) == offsetof(Record, field), #field);
+#define ARRAY(type, count, field, ...) FIELD(type, field)
+#define END(record) }
+#include "proto/wire/records.def"
 
 /// The `index`-th of comma-separated units; a single unit applies to every member.
 std::string_view unit_of_member(std::string_view units, size_t index) {
@@ -314,6 +256,34 @@ std::string with_ros_names(std::string_view text) {
 }
 
 }  // namespace
+
+const std::vector<RecordRow>& all_records() {
+  static const std::vector<RecordRow> rows = [] {
+    std::vector<RecordRow> all;
+#define SINCE(...) \
+  Since {          \
+    __VA_ARGS__    \
+  }
+#define RECORD(record, writer, doc) \
+  {                                 \
+    using Record = record;          \
+    all.push_back({#record, writer, doc, Schema<record>::text, sizeof(Record), {}});
+#define ARRAY(type, count, field, ...) \
+  all.back().fields.push_back(         \
+      {#type, #field, count, offsetof(Record, field), sizeof(Record::field), __VA_ARGS__});
+#define FIELD(type, ...) ARRAY(type, 0, __VA_ARGS__)
+#define END(record) }
+#include "proto/wire/records.def"
+#undef SINCE
+    return all;
+  }();
+  return rows;
+}
+
+const RecordRow* find_record(std::string_view name) {
+  const auto row = std::ranges::find(all_records(), name, &RecordRow::name);
+  return row == all_records().end() ? nullptr : &*row;
+}
 
 std::vector<Field> flatten(std::string_view text) {
   return flatten_with(text, [](std::string_view type) { return definition(type); });

@@ -9,9 +9,14 @@
 #include "proto/wire/hands.h"
 
 /// The structs all processes share: shared-memory records, log payload (CDR) and input of the
-/// solvers. SI units; the last letter of a field's name is its frame: W world, B device base, H
-/// handle, T tool, O object. proto/wire/schema.h describes the same layout as text.
+/// solvers. Their fields stand in proto/wire/records.def. SI units; the last letter of a field's
+/// name is its frame: W world, B device base, H handle, T tool, O object; the pose X_AB is that of
+/// B in A.
 namespace haptic {
+
+template <typename T>
+inline constexpr bool kIsWire = std::is_trivially_copyable_v<T>&& std::is_standard_layout_v<T> &&
+                                sizeof(T) % 8 == 0 && alignof(T) == 8;
 
 inline constexpr uint32_t kMaxObjects = 16;   // per scene
 inline constexpr uint32_t kMaxContacts = 64;  // per ContactSet
@@ -35,17 +40,6 @@ enum DeviceFlag : uint32_t {
   kDeviceNoisy = 1u << 10,       // its encoders reverse direction faster than a hand can
   kDeviceLed = 1u << 11,         // a simulated hand means to go where a ControlFrame leads it
   kDeviceAdmittance = 1u << 12,  // it measures the hand's wrench and is commanded a pose
-};
-
-/// What the device measured, in its own base frame.
-struct DeviceState {
-  int64_t t_ns;      // CLOCK_MONOTONIC at which the pose was true
-  Pose X_BH;         // handle in base
-  Twist V_BH;        // velocity of the handle, in B
-  Wrench F_hand_B;   // of the hand on the handle at its origin, in B; zero: not measured
-  double grip;       // gripper opening [0 closed, 1 open]
-  uint32_t buttons;  // one bit per button
-  uint32_t flags;    // DeviceFlag
 };
 
 /// ServoFrame::flags.
@@ -90,62 +84,6 @@ enum class Fault : uint32_t {
   kDeviceNoisy = 7,        // an encoder reports motion no hand can make
 };
 
-/// One servo tick: measurements, inputs used, and the wrench for the device.
-struct ServoFrame {
-  uint64_t tick;              // grid point; skipped grid points leave a gap in this number
-  int64_t t_ns;               // deadline of the tick, CLOCK_MONOTONIC
-  int64_t realtime_ns;        // the same instant on CLOCK_REALTIME
-  uint64_t contact_seq;       // ContactSet used
-  uint64_t contact_tick;      // ServoFrame that set answers
-  uint64_t scene_seq;         // SceneFrame used
-  uint64_t control_revision;  // ControlFrame in force
-  DeviceState device;
-  Pose X_WT;            // tool (haptic interface point for a 3-DoF renderer)
-  Twist V_WT;           // its velocity, in W
-  Pose X_WG;            // verified proxy pose, as the last ContactSet left it
-  Pose X_WP;            // this tick's proxy pose
-  Twist V_WP;           // its velocity, in W
-  Wrench F_coupling_W;  // on the tool at its origin, in W, before safety; the proxy feels −F
-  Wrench F_device_B;    // on the handle at its origin, in B; held until the next tick
-  Pose X_command_B;     // pose commanded to an admittance device; of others the measured one
-  std::array<Wrench, kMaxObjects>
-      object_impulse_W;  // pushed into each object since start [N·s, N·m·s], about its origin
-  std::array<Wrench, kMaxObjects>
-      object_impulse_time_W;  // its time integral until t_ns [N·s², N·m·s²]
-  Vec3 forgotten_impulse_W;   // pushed into bodies that no sim moved, in all objects [N·s]
-  int64_t impulses_since_ns;  // where the counters of impulses began
-  Vec3 held_back_W;           // offset of the proxy by friction; contact follows the tool plus this
-  // of the coupling in force; contact compares poses by them
-  double translational_stiffness;  // [N/m]
-  double rotational_stiffness;     // [N·m/rad]
-  double depth;                    // distance from tool to proxy [m]
-  double fade;                     // weight of the contacts, 0 to 1
-  int64_t wake_late_ns;            // wake-up after the deadline
-  int64_t busy_ns;                 // from wake-up to force sent
-  uint64_t skipped;                // grid points skipped since start
-  uint32_t n_contacts;             // planes that push
-  uint32_t flags;                  // ServoFlag
-  uint32_t fault;                  // Fault; latched
-  uint32_t renderer;               // Renderer wanted from contact
-};
-
-/// One constraint, in the frame of the object it belongs to. Penetration is n·(object − tool) > 0.
-struct Contact {
-  Vec3 tool_point_T;      // on the tool
-  Vec3 object_point_O;    // on the object
-  Vec3 normal_O;          // unit, from object to tool
-  Vec3 shading_normal_O;  // unit, interpolated; equals normal_O where there is none
-  double curvature;       // mean curvature of the object there [1/m]
-  double extent;  // radius around object_point_O in which it holds [m]; 6-DoF: 0 means no bound
-  std::array<double, 2> texture_uv;
-  double stiffness;   // of a soft contact, along the normal [N/m]; 0: a plane only
-  uint32_t object;    // index in the scene
-  uint32_t material;  // index of the object in the config that defines the material
-  // stable id: 2 bits kind (0 face, 1 edge, 2 vertex, 3 guide: a row that holds both ways,
-  // proto/wire/guide.h), the rest its index
-  uint64_t feature;
-};
-
 /// ContactSet::flags.
 enum ContactFlag : uint32_t {
   kContactReseeded = 1u << 0,        // proxy placed anew (started inside, or an object ran over it)
@@ -154,101 +92,6 @@ enum ContactFlag : uint32_t {
   kContactNoFreePose = 1u << 3,      // no free proxy pose found: the planes must not be rendered
   kContactNoScene = 1u << 4,         // no SceneFrame yet: poses of the config are used
   kContactNoDetector = 1u << 5,      // the session lacks the tool or the maps for this renderer
-};
-
-/// The tool as a rigid body, axes those of T; mass 0: unknown, the tool is a point.
-struct ToolBody {
-  double mass;     // [kg]
-  Vec3 inertia_T;  // moments about these axes through the centre of mass [kg·m²]
-  Vec3 centre_T;   // centre of mass
-  double radius;   // of the ball around centre_T that contains the tool [m]
-};
-
-/// Contact's answer to one ServoFrame: the active constraints first, then the nearest others, then
-/// the guide rows.
-struct ContactSet {
-  uint64_t seq;
-  uint64_t answers_tick;  // ServoFrame::tick
-  int64_t answers_t_ns;   // ServoFrame::t_ns; the age of the set counts from here
-  uint64_t scene_seq;
-  uint64_t reseeds;  // times the proxy was lost or placed anew: force starts softly
-  Pose X_WT;         // tool pose of the query; 6-DoF: the proxy's
-  std::array<Pose, kMaxObjects> X_WO;  // object poses of the query
-  Pose X_WG;                           // verified proxy: proven free of every object
-  // of a 6-DoF tool at X_WG: distance every point of it can move relative to an object before that
-  // object pushes it; 0: unknown [m]
-  std::array<double, kMaxObjects> clearance;
-  double free_fraction;  // free part of the way to the tool [0, 1]
-  uint32_t n_contacts;
-  uint32_t n_active;  // point: the first n_active are the active set; 6-DoF: number touching
-  std::array<Contact, kMaxContacts> contacts;
-  Wrench F0_W;               // on the tool about its origin, of all points touching wrench_object
-  std::array<double, 36> K;  // derivative of F0_W by a small motion of the tool, in W
-  std::array<double, 36> B;  // braking wrench per twist of the tool relative to that object, in W
-  double trust_radius;       // bound of any point's motion within which F0_W, K hold [m]; 0: none
-  ToolBody tool;             // mass properties, for proxies with mass
-  int64_t busy_ns;
-  uint32_t n_objects;
-  uint32_t flags;          // ContactFlag
-  uint32_t renderer;       // Renderer whose detector this is
-  uint32_t wrench_object;  // object of F0_W, K, B
-};
-
-/// How far sim has used the counters of a hand for one object (ServoFrame).
-struct SeenPush {
-  Wrench impulse_W;       // object_impulse_W
-  Wrench impulse_time_W;  // object_impulse_time_W
-  Vec3 forgotten_W;       // of that impulse, what was pushed while no sim ran [N·s]
-};
-
-/// How an object moves when it is pushed, and by what it has been pushed already; proto/wire/
-/// scene_pose.h places objects by it.
-struct ObjectResponse {
-  Twist acceleration_W;             // of its origin, by all but hands [m/s², rad/s²]
-  std::array<double, 36> mobility;  // change of its twist per impulse at its origin, both in W
-  std::array<SeenPush, kMostHands> seen;
-};
-
-/// A coordinate of a mechanism.
-struct JointState {
-  double position;  // [m] or [rad]
-  double velocity;
-};
-
-struct SceneFrame {
-  uint64_t seq;
-  int64_t t_ns;  // instant of the poses, CLOCK_MONOTONIC
-  std::array<Pose, kMaxObjects> X_WO;
-  std::array<Twist, kMaxObjects> V_WO;
-  std::array<JointState, kMaxJoints> joints;
-  std::array<int64_t, kMostHands> seen_t_ns;  // of the ServoFrame used; 0: none yet
-  int64_t busy_ns;
-  uint32_t n_objects;
-  uint32_t flags;
-  uint32_t n_joints;
-  uint32_t n_responses;  // objects from here on do not answer a push
-  std::array<ObjectResponse, kMaxObjects> responses;
-};
-
-/// The complete desired state of the session, never a change of it: a reader that misses a revision
-/// still ends in the right state.
-struct ControlFrame {
-  uint64_t revision;
-  int64_t t_ns;
-  uint64_t fault_clears;           // a latched fault is cleared when this grows
-  double translational_stiffness;  // [N/m], scene units
-  double translational_damping;    // [N·s/m]
-  double rotational_stiffness;     // [N·m/rad]
-  double rotational_damping;       // [N·m·s/rad]
-  double scene_time_scale;         // 1: scripted motion at its own speed
-  uint32_t renderer;               // Renderer
-  uint32_t paused;                 // zero wrench while 1
-  uint32_t armed;                  // zero wrench while 0
-  uint32_t fault;                  // Fault the last servo ended with; the next one starts with it
-  Pose X_WT_intent;                // where a simulated hand is led to, as a pose of the tool
-  int64_t intent_t_ns;             // CLOCK_MONOTONIC of the last command to lead
-  uint32_t leading;                // 1: somebody leads, until kLeadNs after intent_t_ns
-  uint32_t solver;                 // 1 + SoftSolver; 0: as the session's file says
 };
 
 /// Silence after which nobody leads a simulated hand any more [ns]: twelve commands at 60 Hz, so
@@ -287,37 +130,23 @@ enum class EventCode : uint32_t {
   kSessionBack = 6,   // by a recorder: hapticd was killed: {seconds without, last tick, 0, 0, 0}
 };
 
-/// A fixed-size log record; hapticd formats it.
-struct Event {
-  int64_t t_ns;
-  uint32_t code;    // EventCode
-  uint32_t source;  // SegmentId of the writer
-  std::array<double, 5> numbers;
-};
-
-template <typename T>
-inline constexpr bool kIsWire = std::is_trivially_copyable_v<T>&& std::is_standard_layout_v<T> &&
-                                sizeof(T) % 8 == 0 && alignof(T) == 8;
-
 /// Zero wrench whatever the contacts: what follows starts at the present pose.
 inline constexpr uint32_t kServoClosed =
     kServoFault | kServoPaused | kServoDisarmed | kServoTooFast | kServoNoDevice;
 
-// no padding: size is the sum of the members, also checked against the text in schema.h
-static_assert(kIsWire<Pose> && sizeof(Pose) == 56);
-static_assert(kIsWire<Twist> && sizeof(Twist) == 48);
-static_assert(kIsWire<Wrench> && sizeof(Wrench) == 48);
-static_assert(kIsWire<DeviceState> && sizeof(DeviceState) == 176);
-static_assert(kIsWire<Contact> && sizeof(Contact) == 152);
-static_assert(kIsWire<DeviceRelease> && sizeof(DeviceRelease) == 88);
-static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 2312);
-static_assert(kIsWire<ToolBody> && sizeof(ToolBody) == 64);
-static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 11640);
-static_assert(kIsWire<SeenPush> && sizeof(SeenPush) == 120);
-static_assert(kIsWire<ObjectResponse> && sizeof(ObjectResponse) == 576);
-static_assert(kIsWire<JointState> && sizeof(JointState) == 16);
-static_assert(kIsWire<SceneFrame> && sizeof(SceneFrame) == 11192);
-static_assert(kIsWire<ControlFrame> && sizeof(ControlFrame) == 152);
-static_assert(kIsWire<Event> && sizeof(Event) == 56);
+#define RECORD(record, writer, doc) struct record {
+#define FIELD(type, field, ...) type field;
+#define ARRAY(type, count, field, ...) std::array<type, count> field;
+#define END(record) \
+  }                 \
+  ;                 \
+  static_assert(kIsWire<record>);
+#include "proto/wire/records.def"
+
+static_assert(std::tuple_size_v<decltype(ContactSet::X_WO)> == kMaxObjects);
+static_assert(std::tuple_size_v<decltype(ContactSet::contacts)> == kMaxContacts);
+static_assert(std::tuple_size_v<decltype(SceneFrame::joints)> == kMaxJoints);
+static_assert(std::tuple_size_v<decltype(ObjectResponse::seen)> == kMostHands);
+static_assert(kIsWire<Pose> && kIsWire<Twist> && kIsWire<Wrench> && kIsWire<DeviceRelease>);
 
 }  // namespace haptic
