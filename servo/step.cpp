@@ -48,15 +48,13 @@ Outcome impedance_tick(const ServoModel& model, ServoState& state, const ServoIn
   safety.F_B = device_wrench(model.map, sample.device.X_BH, rendered.F_W);
   safety.contacts_finite = rendered.finite;
   safety.fading = (age.flags & (kServoFading | kServoStale)) != 0;
-  const Twist surface_B = surface_in_device(model, rendered, out.tool.X_WT);
-  safety.surface_velocity_B = surface_B.v;
-  safety.surface_turning_B = surface_B.w;
+  safety.surface_B = surface_in_device(model, rendered, out.tool.X_WT);
   out.safe = make_safe(model.limits, state.safety, safety, model.dt);
   out.felt = out.safe.felt;
   out.F_device_B = out.safe.F_B;
   out.X_command_B = sample.device.X_BH;
   // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps
-  if (state.safety.jumped) out.tool = {state.X_WT, {}, out.tool.is_clutched};
+  if (out.safe.jumped) out.tool = {state.X_WT, {}, out.tool.is_clutched};
   return out;
 }
 

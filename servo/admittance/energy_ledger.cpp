@@ -6,7 +6,7 @@
 
 #include "proto/math/assert.h"
 #include "proto/math/motion_metric.h"
-#include "servo/safety/passivity.h"
+#include "servo/safety/safety.h"
 
 namespace haptic {
 namespace {

@@ -36,7 +36,7 @@ LedgerLimit keep_body_passive(const AdmittanceConfig& model, const EnergyLedger&
 
 /// Settles the tick: what the scene gave to `free` on its way to `now` is added. What the body does
 /// not hold (any more, with what the hand is about to put in) is used up; a deficit decays over
-/// half a second and is bounded, as that of an impedance device (servo/safety/passivity.h).
+/// half a second and is bounded, as that of an impedance device (servo/safety/safety.h).
 void settle_ledger(const AdmittanceConfig& model, EnergyLedger& ledger, const VirtualBody& free,
                    const VirtualBody& now, const Wrench& F_hand_B, double dt);
 

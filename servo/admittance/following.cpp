@@ -14,7 +14,7 @@ constexpr double kMostDelay =
     0.05;  // of an arm that a hand could still lead (config_device.cpp) [s]
 // every motion takes a tick, a measured pose may be a tick old, and a command late by one
 constexpr double kMoreTicks = 3;
-// as the guard against jumps allows (handle_motion.h)
+// as the guard against jumps allows (safety.h)
 constexpr double kRoom = 2e-3, kTurnRoom = 20e-3;  // [m], [rad]
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 #include "proto/math/assert.h"
 #include "proto/math/motion_metric.h"
-#include "servo/safety/limits.h"
+#include "servo/safety/safety.h"
 
 namespace haptic {
 namespace {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/safety/passivity.cpp against identities, and with a sampled wall hit by a mass:
+// Tests for servo/safety/safety.cpp against identities, and with a sampled wall hit by a mass:
 // what holds for moving holds for turning, and both have one energy.
-#include "servo/safety/passivity.h"
 
 #include <random>
 #include <vector>
