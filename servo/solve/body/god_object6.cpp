@@ -6,7 +6,7 @@
 
 #include "proto/math/assert.h"
 #include "proto/math/qp.h"
-#include "servo/solve/body/virtual_coupling.h"
+#include "servo/solve/coupled_body.h"
 #include "servo/solve/point/shading.h"
 #include "servo/solve/point/texture.h"
 

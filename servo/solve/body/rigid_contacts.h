@@ -4,7 +4,7 @@
 #include <span>
 
 #include "proto/math/motion_metric.h"
-#include "servo/solve/body/rigid_body.h"
+#include "servo/solve/coupled_body.h"
 #include "servo/solve/materials.h"
 
 namespace haptic {

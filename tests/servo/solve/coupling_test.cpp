@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/safety/coupling.cpp.
-#include "servo/safety/coupling.h"
+// Tests for servo/solve/coupled_body.cpp.
+#include "servo/solve/coupled_body.h"
 
 #include "tests/support/near.h"
 
