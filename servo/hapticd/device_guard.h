@@ -45,10 +45,11 @@ class DeviceGuard {
   /// The open node; −1 while the device is gone.
   int node() const { return node_.get(); }
 
-  /// The node for a new servo to inherit; −1 while the device is gone. That of a USB device
-  /// is opened anew for each servo: it would reap the finished transfers of the one before, whose
-  /// data the kernel writes to addresses in the dead one's memory. Waits a little for the thread to
-  /// let go of the old one, whose claim would keep the new servo out.
+  /// The node for a new servo to inherit, while the device is there. That of a USB device is opened
+  /// anew for each servo: it would reap the finished transfers of the one before, whose data the
+  /// kernel writes to addresses in the dead one's memory. Waits a little for the thread to let go
+  /// of the old one, whose claim would keep the new servo out. Throws std::runtime_error if it
+  /// cannot be opened: a servo without it would open one that nobody guards.
   int node_for_servo();
 
   /// Watches this servo from now on.

@@ -18,6 +18,11 @@ struct DesiredState {
   ControlFrame frame;
   SegmentWriter<ControlChannels> segment{1};
 
+  /// Publishes a frame that has changed, by its new revision.
+  void change(int64_t t_ns) {
+    ++frame.revision;
+    publish(t_ns);
+  }
   void publish(int64_t t_ns) {
     frame.t_ns = t_ns;
     segment.channels().frames.publish(frame);
