@@ -82,15 +82,13 @@ LedgerLimit free_step(const ServoModel& model, AdmittanceState& own, const Wrenc
   return keep_body_passive(*model.admittance, own.ledger, own.body, free, given_B, model.dt);
 }
 
-/// The tool of a body on its way; the clutch moves the workspace instead, and the tool stays.
+/// The tool of a body on its way.
 Tool tool_of(const ServoModel& model, ServoState& state, const ServoInput& input,
              const VirtualBody& body) {
   DeviceState device = input.device;
   device.X_BH = body.X_BH;
-  const Pose X_WT = state.started ? state.X_WP : tool_pose(model.map, state.clutch, body.X_BH);
-  Tool tool{apply_clutch(model.map, state.clutch, device, X_WT), {}, state.clutch.held};
-  if (!tool.is_clutched) tool.V_WT = tool_twist(model.map, body.X_BH, body.V_BH);
-  return tool;
+  device.V_BH = body.V_BH;
+  return tool_at(model, state, device, state.X_WP);
 }
 
 /// The body within the space that contact has looked at: the rest counts as a wall.

@@ -8,16 +8,6 @@
 namespace haptic {
 namespace {
 
-/// The tool where the device is; where the sample cannot be used it keeps its last good pose.
-Tool place_tool(const ServoModel& model, ServoState& state, const Sample& sample) {
-  if (!sample.usable) return {state.X_WT, {}};
-  const DeviceState& device = sample.device;
-  const Pose X_WT = state.started ? state.X_WT : tool_pose(model.map, state.clutch, device.X_BH);
-  Tool tool{apply_clutch(model.map, state.clutch, device, X_WT), {}, state.clutch.held};
-  if (!tool.is_clutched) tool.V_WT = tool_twist(model.map, device.X_BH, device.V_BH);
-  return tool;
-}
-
 /// The velocity of the touched surface, seen at the handle in B. A handle that feels torque is
 /// carried as a body by an object that turns; one that feels none, by the tool's origin.
 Twist surface_in_device(const ServoModel& model, const Rendered& rendered, const Pose& X_WT) {
@@ -37,7 +27,9 @@ Outcome impedance_tick(const ServoModel& model, ServoState& state, const ServoIn
                        const TickStart& start) {
   const Pose& X_BH = start.sample.device.X_BH;
   Outcome out;
-  out.tool = place_tool(model, state, start.sample);
+  // where the sample cannot be used the tool keeps its last good pose
+  out.tool = start.sample.usable ? tool_at(model, state, start.sample.device, state.X_WT)
+                                 : Tool{state.X_WT, {}};
   out.X_WG = out.tool.X_WT;
   // contacts where the objects are now, as far as their age allows
   out.touch = touch_of(model, state, input, out.tool, state.coupling, start.age.weight);

@@ -9,15 +9,6 @@
 namespace haptic {
 namespace {
 
-/// The point about which the hand feels the torque of a tool: its handle; of a point, which has
-/// none, the proxy.
-Vec3 felt_at(const ServoModel& model, const ContactSet* contacts, const Rendered& rendered) {
-  const RendererRow* renderer = renderer_of(contacts);
-  return renderer != nullptr && is_of_body(renderer->id)
-             ? (rendered.X_WP * inverse(model.map.X_HT)).p
-             : rendered.X_WP.p;
-}
-
 /// Writes the frame of a tick whose values are all known.
 ServoFrame frame_of(const ServoState& state, const ServoInput& input, const TickStart& start,
                     const Outcome& outcome, uint32_t flags) {
@@ -76,7 +67,12 @@ ServoFrame settle(const ServoModel& model, ServoState& state, const ServoInput& 
     state.grasp = {};
   }
   const Touch& touch = outcome.touch;
-  const Vec3 at_W = felt_at(model, input.contacts, touch.rendered);
+  // the hand feels the torque of a tool about its handle; that of a point, which has none, about
+  // the proxy
+  const RendererRow* renderer = renderer_of(input.contacts);
+  const bool is_body = renderer != nullptr && is_of_body(renderer->id);
+  const Pose& X_WP = touch.rendered.X_WP;
+  const Vec3 at_W = is_body ? (X_WP * inverse(model.map.X_HT)).p : X_WP.p;
   note_pushes(state.pushes, {input.scene, touch.scene, touch.rendered, at_W, outcome.safe.felt},
               model.dt);
   const ServoFrame frame = frame_of(state, input, start, outcome, flags);

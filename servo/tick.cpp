@@ -71,25 +71,6 @@ bool is_forced(const ServoModel& model, const ServoState& state) {
   return is_far_beyond(along) || is_far_beyond(about);
 }
 
-/// How much of the contacts their age leaves.
-ContactWeight weigh(ServoState& state, const ServoInput& input, double dt) {
-  ContactArrival arrival;
-  if (input.contacts != nullptr) {
-    arrival = {true, input.contacts->seq, input.contacts->answers_t_ns,
-               input.contact_generation == state.contact_generation};
-  }
-  state.contact_generation = input.contact_generation;
-  return weigh_contacts(state.age, arrival, input.t_ns, dt);
-}
-
-/// The flags by which the inputs alone close the force.
-uint32_t closing_flags(const ServoInput& input) {
-  uint32_t flags = 0;
-  if (input.control != nullptr && input.control->paused != 0) flags |= kServoPaused;
-  if (!is_usable(input.device)) flags |= kServoNoDevice;
-  return flags;
-}
-
 /// With the first ControlFrame: what was asked of a former servo is no request to this one, and a
 /// fault that nobody has cleared since goes on.
 void begin_safety(ServoState& state, const ControlFrame& control) {
@@ -110,7 +91,7 @@ HandleStiffness handle_stiffness(const DeviceMap& map, const Coupling& coupling)
 /// What the inputs of this tick ask of safety. A contact set that placed the proxy anew restarts
 /// the force softly.
 SafetyInput safety_input(const ServoModel& model, ServoState& state, const ServoInput& input,
-                         const Sample& sample) {
+                         const Sample& sample, bool same_writer) {
   SafetyInput safety;
   safety.device = sample.device;
   safety.device_finite = sample.usable;
@@ -122,12 +103,10 @@ SafetyInput safety_input(const ServoModel& model, ServoState& state, const Servo
   if (input.contacts != nullptr) {
     const ContactSet& set = *input.contacts;
     // a count, not an event: the set that placed the proxy anew may have been overwritten unread
-    const ReseedMark mark{input.contact_generation, set.reseeds};
-    safety.restart = set.reseeds > 0 && mark != state.reseeds;
-    state.reseeds = mark;
+    safety.restart = set.reseeds > 0 && (!same_writer || set.reseeds != state.reseeds);
+    state.reseeds = set.reseeds;
     safety.force_closed = (set.flags & kContactNoFreePose) != 0;
   }
-  safety.force_closed |= closing_flags(input) != 0;
   const int32_t button = model.dead_man_button;
   safety.armed = button < 0 || is_pressed(input.device, button);
   // before the first ControlFrame it is not known that this hand may feel anything
@@ -151,9 +130,20 @@ TickStart begin_tick(const ServoModel& model, ServoState& state, const ServoInpu
   TickStart start;
   start.sample = sample_of(model, state.clutch, input);
   follow_control(model, state, input);
-  start.age = weigh(state, input, model.dt);
-  start.safety = safety_input(model, state, input, start.sample);
-  start.flags = start.age.flags | closing_flags(input);
+
+  const bool same_writer = input.contact_generation == state.contact_generation;
+  state.contact_generation = input.contact_generation;
+  ContactArrival arrival;
+  if (input.contacts != nullptr) {
+    arrival = {true, input.contacts->seq, input.contacts->answers_t_ns, same_writer};
+  }
+  start.age = weigh_contacts(state.age, arrival, input.t_ns, model.dt);
+
+  start.safety = safety_input(model, state, input, start.sample, same_writer);
+  if (input.control != nullptr && input.control->paused != 0) start.flags |= kServoPaused;
+  if (!is_usable(input.device)) start.flags |= kServoNoDevice;
+  start.safety.force_closed |= start.flags != 0;
+  start.flags |= start.age.flags;
   if (is_forced(model, state)) start.flags |= kServoForced;
   return start;
 }

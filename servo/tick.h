@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "proto/wire/mapping.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/wire.h"
 #include "servo/admittance/energy_ledger.h"
@@ -30,13 +31,6 @@ struct AdmittanceState {
   Wrench F_scene_B;             // of the springs of a soft body, in the last tick
   EnergyLedger ledger;
   SeenSpace seen;
-};
-
-/// Which placing of contact's proxy the force is built on.
-struct ReseedMark {
-  uint64_t generation = 0;  // of the writer of the ContactSet
-  uint64_t count = 0;       // ContactSet::reseeds
-  bool operator==(const ReseedMark&) const = default;
 };
 
 /// How the processes keep up, since the last judgement of it (pace.h).
@@ -75,8 +69,8 @@ struct ServoState {
   Pose X_WT;                // last tick's tool
   Pose X_WP;                // last tick's proxy
   int64_t t_ns = 0;
-  uint64_t contact_generation = 0;
-  ReseedMark reseeds;
+  uint64_t contact_generation = 0;  // of the writer of the last ContactSet
+  uint64_t reseeds = 0;             // ContactSet::reseeds, on which the force is built
   PushCounters pushes;
 };
 
@@ -115,6 +109,16 @@ struct Tool {
   Twist V_WT;
   bool is_clutched = false;  // the workspace moves instead, and the tool stays
 };
+
+/// The tool where the handle is; the clutch moves the workspace instead, and the tool stays at
+/// X_WT_last.
+inline Tool tool_at(const ServoModel& model, ServoState& state, const DeviceState& device,
+                    const Pose& X_WT_last) {
+  const Pose X_WT = state.started ? X_WT_last : tool_pose(model.map, state.clutch, device.X_BH);
+  Tool tool{apply_clutch(model.map, state.clutch, device, X_WT), {}, state.clutch.held};
+  if (!tool.is_clutched) tool.V_WT = tool_twist(model.map, device.X_BH, device.V_BH);
+  return tool;
+}
 
 /// How the scene answers a tool.
 struct Touch {

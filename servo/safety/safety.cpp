@@ -10,12 +10,10 @@ namespace haptic {
 namespace {
 
 // 1. faults and 2. closed
-constexpr double kHuge = 1000;       // times the limit: no wall pushes that hard
-constexpr double kJumpSpeed = 2;     // times the velocity limit
-constexpr double kJumpWay = 2e-3;    // encoder steps and jitter of the time stamps [m]
-constexpr double kJumpTurn = 20e-3;  // the same for turning: 2 mm at 100 mm [rad]
-constexpr double kCalm = 0.1;        // slow enough to start again [m/s]
-constexpr double kCalmTurning = 1;   // the same for turning: 0.1 m/s at 100 mm [rad/s]
+constexpr double kHuge = 1000;      // times the limit: no wall pushes that hard
+constexpr double kJumpSpeed = 2;    // times the velocity limit
+constexpr double kCalm = 0.1;       // slow enough to start again [m/s]
+constexpr double kCalmTurning = 1;  // the same for turning: 0.1 m/s at 100 mm [rad/s]
 // 3. edge and soft start
 constexpr double kEdgeShare = 0.3;    // largest force of the workspace edge over max_force
 constexpr double kEdgeWidth = 5e-3;   // way over which the edge's spring reaches that [m]
@@ -29,14 +27,6 @@ constexpr double kBelow = 1 - 0x1p-50;  // slightly less than 1: rounding must n
 constexpr double kForgetTime = 0.5;      // decay of a deficit in free space [s]
 constexpr double kStill = 1e-3;          // slower than this there is nothing to damp [m/s]
 constexpr double kStillTurning = 10e-3;  // the same for turning: 1 mm/s at 100 mm [rad/s]
-
-/// How fast the handle is, of what can be felt.
-struct HandleSpeed {
-  double moving = 0;   // [m/s]
-  double turning = 0;  // [rad/s]
-
-  bool is_calm() const { return moving < kCalm && turning < kCalmTurning; }
-};
 
 /// How far the handle has moved from the last fresh sample to this one; not where this one is not
 /// fresh.
@@ -90,9 +80,9 @@ Fault find_fault(const SafetyLimits& limits, const HandleStep& step, const Safet
 }
 
 /// A fault stays until it is cleared while the handle is slow.
-void clear_fault(SafetyState& state, const SafetyInput& input, const HandleSpeed& speed) {
+void clear_fault(SafetyState& state, const SafetyInput& input, bool is_calm) {
   if (input.fault_clears <= state.fault_clears) return;
-  if (state.fault != Fault::kNone && !speed.is_calm()) return;
+  if (state.fault != Fault::kNone && !is_calm) return;
   state.fault_clears = input.fault_clears;
   state.fault = Fault::kNone;
   // samples from during the fault are not compared with later ones
@@ -100,12 +90,7 @@ void clear_fault(SafetyState& state, const SafetyInput& input, const HandleSpeed
 }
 
 /// The reasons to close the force this tick, as flags; zero if there are none.
-uint32_t closed_by(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
-                   const HandleSpeed& speed) {
-  if (speed.moving > limits.velocity_limit || speed.turning > limits.angular_velocity_limit) {
-    state.too_fast = true;
-  }
-  if (speed.is_calm()) state.too_fast = false;
+uint32_t closed_by(const SafetyState& state, const SafetyInput& input) {
   uint32_t flags = 0;
   if (!input.armed) flags |= kServoDisarmed;
   if (state.too_fast) flags |= kServoTooFast;
@@ -436,17 +421,20 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
   HAPTIC_ASSERT(state.gain >= 0 && state.gain <= 1);
   HAPTIC_ASSERT(input.now_ns >= input.device.t_ns);
   const Twist& V_BH = input.device.V_BH;
-  const HandleSpeed speed{norm(V_BH.v),
-                          is_turning_felt(limits, input.stiffness) ? norm(V_BH.w) : 0};
+  const double speed = norm(V_BH.v);
+  const double spin = is_turning_felt(limits, input.stiffness) ? norm(V_BH.w) : 0;
+  const bool is_calm = speed < kCalm && spin < kCalmTurning;
   const double passed = static_cast<double>(input.now_ns - state.woke_ns) / 1e9;
   state.woke_ns = input.now_ns;
-  clear_fault(state, input, speed);
+  clear_fault(state, input, is_calm);
   const HandleStep step =
       input.device_finite ? follow_handle(limits, state.sample, input) : HandleStep{};
   const Fault fault = find_fault(limits, step, input);
   if (state.fault == Fault::kNone) state.fault = fault;
   if (state.fault != Fault::kNone) return hold_nothing(state, kServoFault, step.jumped, dt);
-  const uint32_t closed = closed_by(limits, state, input, speed);
+  if (speed > limits.velocity_limit || spin > limits.angular_velocity_limit) state.too_fast = true;
+  if (is_calm) state.too_fast = false;
+  const uint32_t closed = closed_by(state, input);
   if (closed != 0) return hold_nothing(state, closed, step.jumped, dt);
 
   SafetyOutput out;

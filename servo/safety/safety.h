@@ -8,6 +8,10 @@
 
 namespace haptic {
 
+/// By which a handle may be elsewhere than its speed allows: encoder steps and jitter of the time
+/// stamps [m], [rad]; 20 mrad are 2 mm at 100 mm.
+inline constexpr double kJumpWay = 2e-3, kJumpTurn = 20e-3;
+
 /// Limits of what the hand may feel, in device units: the smaller of the device's and the config's.
 struct SafetyLimits {
   double max_force = 0;          // [N]

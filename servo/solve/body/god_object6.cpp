@@ -60,15 +60,9 @@ struct Answer {
   }
 };
 
-/// Of the object that carried the last proxy, or the world.
-Pose carrier_pose(const GodObject6State& state, const BodyTick& tick) {
-  HAPTIC_ASSERT(state.carrier <= kNoObject);
-  return state.carrier == kNoObject ? Pose{} : tick.X_WO[state.carrier];
-}
-
 /// Where the last proxy is now.
 Pose last_proxy(const GodObject6State& state, const BodyTick& tick) {
-  return carrier_pose(state, tick) * state.X_CP;
+  return tick.pose_of(state.carrier) * state.X_CP;
 }
 
 void pose_motion_problem(const GodObject6State& state, const BodyTick& tick, Problem& problem) {
@@ -255,7 +249,7 @@ void remember(const BodyTick& tick, const Problem& problem, const Answer& answer
   }
   state.started = true;
   state.carrier = problem.contacts.carrier;
-  state.X_CP = inverse(carrier_pose(state, tick)) * X_WP;
+  state.X_CP = inverse(tick.pose_of(state.carrier)) * X_WP;
 }
 
 /// What the hand feels, within the bounds of the coupling, and which object makes it: shading is
