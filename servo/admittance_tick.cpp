@@ -105,7 +105,7 @@ VirtualBody kept_in_sight(const ServoModel& model, const ServoState& state, cons
   return brought_to(from, handle_pose(model.map, state.clutch, kept), model.dt);
 }
 
-/// How much the scene may push: it may stop the body at once, and turn what moving holds into
+/// Bounds the push of the scene: it may stop the body at once, and turn what moving holds into
 /// turning, but not throw it. The shortened way ends between both poses: a point is free there,
 /// since the region that both lie in is convex; a rigid tool is commanded where contact has proven
 /// it.
@@ -131,8 +131,8 @@ bool is_led_by_contact(const ServoState& state, const ContactSet* set) {
   return renderer != nullptr && !state.clutch.held && is_rigid(renderer->id);
 }
 
-/// Where contacts are not complete: where contact has proven the tool free, one tick later, and at
-/// rest until that is near.
+/// The body of a set that is not complete goes where contact has proven the tool free, one tick
+/// later, and rests until that is near.
 VirtualBody proven_body(const ServoModel& model, const ServoState& state, const ContactSet& set,
                         const VirtualBody& from) {
   if ((set.flags & kContactNoFreePose) != 0) return {from.X_BH, {}};
@@ -142,8 +142,8 @@ VirtualBody proven_body(const ServoModel& model, const ServoState& state, const 
   return brought_to(from, {X_BH.p, normalized(X_BH.q)}, model.dt);
 }
 
-/// Where contact has proven a point or a sphere free; everywhere where the tool is a body, and with
-/// the clutch held, when the tool goes nowhere.
+/// The region that contact has proven free for a point or a sphere; it is everywhere where the tool
+/// is a body, and with the clutch held, when the tool goes nowhere.
 FreeRegion proven_region(const ServoModel& model, const ServoState& state, const ContactSet* set,
                          const TickScene& scene) {
   const RendererRow* renderer = renderer_of(set);
@@ -211,9 +211,9 @@ std::optional<Pose> proven_pose(const ServoModel& model, const ServoState& state
   return Pose{X_BH.p, normalized(X_BH.q)};
 }
 
-/// Where the device is sent. The planes around a rigid tool hold to first order of its turn, so it
-/// goes where contact has proven it free, a tick later. Where nothing is proven it stays, and the
-/// body begins anew.
+/// The pose that the device is sent to. The planes around a rigid tool hold to first order of its
+/// turn, so it goes where contact has proven it free, a tick later. Where nothing is proven it
+/// stays, and the body begins anew.
 Pose command_of(const ServoModel& model, ServoState& state, const ContactSet* set) {
   AdmittanceState& own = state.admittance;
   if (!is_led_by_contact(state, set)) return own.body.X_BH;
@@ -231,7 +231,7 @@ Wrench scene_push(const ServoModel& model, const ServoState& state, const Render
   return F_B;
 }
 
-/// What safety lets through of the force and torque of the hand, as they were measured; none while
+/// Passes the measured force and torque of the hand through safety; nothing is left while
 /// contacts fade or are stale.
 SafetyOutput safe_push(const ServoModel& model, ServoState& state, const ServoInput& input,
                        const TickStart& start) {

@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-/// What the objects have been pushed with (ServoFrame).
+/// Impulses that the objects have been pushed with (ServoFrame).
 struct PushCounters {
   std::array<Wrench, kMaxObjects> impulse_W{};
   std::array<Wrench, kMaxObjects> impulse_time_W{};  // until t_ns
@@ -24,7 +24,7 @@ struct PushCounters {
 /// lets go (kReleaseAfterTicks): so each of them has pushed as it did.
 void continue_pushes(PushCounters& pushes, int64_t t_ns, bool holds_force, double dt);
 
-/// What the objects push a proxy with, and how the hand feels it.
+/// The pushes of the objects on a proxy, and how the hand feels them.
 struct Pushing {
   const SceneFrame* scene;  // null: none has come
   const TickScene& placed;  // where the objects are

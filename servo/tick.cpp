@@ -10,8 +10,10 @@
 namespace haptic {
 namespace {
 
-/// Where an impedance device or the arm of an admittance device is. A sample that is finite but
-/// absurd may overflow on its way into the scene: it is not usable either.
+constexpr double kRampTime = 0.200;  // of a change of the coupling [s]
+
+/// Checks where an impedance device or the arm of an admittance device is. A sample that is finite
+/// but absurd may overflow on its way into the scene: it is not usable either.
 Sample sample_of(const ServoModel& model, const Clutch& clutch, const ServoInput& input) {
   Sample sample{input.device};
   DeviceState& device = sample.device;
@@ -23,6 +25,18 @@ Sample sample_of(const ServoModel& model, const Clutch& clutch, const ServoInput
     device.V_BH = {};
   }
   return sample;
+}
+
+Coupling in_force(const CouplingRamp& ramp) {
+  const double share = std::min(ramp.time / kRampTime, 1.0);
+  Coupling now = ramp.to;
+  if (share == 1) return now;
+  for (double Coupling::*const k :
+       {&Coupling::translational_stiffness, &Coupling::translational_damping,
+        &Coupling::rotational_stiffness, &Coupling::rotational_damping}) {
+    now.*k = ramp.from.*k + share * (ramp.to.*k - ramp.from.*k);
+  }
+  return now;
 }
 
 /// Another solver of a soft body begins where nothing is felt any more, with nothing of the former:
@@ -88,7 +102,7 @@ HandleStiffness handle_stiffness(const DeviceMap& map, const Coupling& coupling)
           map.force_scale * coupling.rotational_stiffness, lever};
 }
 
-/// What the inputs of this tick ask of safety. A contact set that placed the proxy anew restarts
+/// Translates the inputs of this tick for safety. A contact set that placed the proxy anew restarts
 /// the force softly.
 SafetyInput safety_input(const ServoModel& model, ServoState& state, const ServoInput& input,
                          const Sample& sample, bool same_writer) {
@@ -119,6 +133,13 @@ SafetyInput safety_input(const ServoModel& model, ServoState& state, const Servo
 }
 
 }  // namespace
+
+Coupling ramp_coupling(CouplingRamp& ramp, const Coupling& wanted, double dt) {
+  HAPTIC_ASSERT(dt > 0 && ramp.time >= 0);
+  if (wanted != ramp.to) ramp = {in_force(ramp), wanted, 0};
+  ramp.time += dt;
+  return in_force(ramp);
+}
 
 bool is_sound(const DeviceState& device) {
   constexpr double kUnit = 1e-3;

@@ -15,11 +15,11 @@
 #include "servo/safety/contact_age.h"
 #include "servo/safety/safety.h"
 
-/// What a tick is made of: the state before and after it, its inputs, and the values that each of
-/// its stages returns; and its first stage. The frame is written once, at the end (step.h).
+/// The types of a tick (its state, its inputs, and the values that its stages return) and its first
+/// stage. The frame is written once, at the end (step.h).
 namespace haptic {
 
-/// What an admittance device needs beside.
+/// The part of the state that only an admittance device has.
 struct AdmittanceState {
   uint64_t tick = 0;  // the last one
   VirtualBody body;
@@ -33,6 +33,13 @@ struct AdmittanceState {
   SeenSpace seen;
 };
 
+/// A change from one coupling to another, spread over time: a step in stiffness under a pressed
+/// finger would be a step in force.
+struct CouplingRamp {
+  Coupling from, to;
+  double time = 0;  // since the change began [s]
+};
+
 /// How the processes keep up, since the last judgement of it (pace.h).
 struct Pace {
   int64_t since_ns = 0;
@@ -41,7 +48,7 @@ struct Pace {
   uint32_t flags = 0;  // of the judgement
 };
 
-/// What rendering keeps between ticks.
+/// The state of rendering between ticks.
 struct RenderState {
   AnySolver solver;                // that of the last tick; none: the next one begins anew
   ContactSolvers contact_solvers;  // memory of rigid ones; nothing persists in it
@@ -74,7 +81,8 @@ struct ServoState {
   PushCounters pushes;
 };
 
-/// What the shell measured and received for this tick. Pointers may be null: nothing received yet.
+/// The inputs of a tick, as the shell measured and received them. Pointers may be null: nothing
+/// received yet.
 struct ServoInput {
   uint64_t tick = 0;
   int64_t t_ns = 0;  // deadline of the tick
@@ -95,7 +103,7 @@ struct Sample {
   bool usable = false;  // finite, its orientation a rotation, and so is the tool that it places
 };
 
-/// What a tick begins with, of an impedance device or of an admittance device.
+/// The inputs of a tick as an impedance device and an admittance device both use them.
 struct TickStart {
   Sample sample;
   ContactWeight age;   // how much of the contacts their age leaves
@@ -120,7 +128,7 @@ inline Tool tool_at(const ServoModel& model, ServoState& state, const DeviceStat
   return tool;
 }
 
-/// How the scene answers a tool.
+/// The answer of the scene to a tool.
 struct Touch {
   TickScene scene;    // where the objects are, and what the hand holds of them
   Rendered rendered;  // before safety
@@ -140,6 +148,10 @@ struct Outcome {
   Pose X_command_B;   // where it is told to go
   uint32_t flags = 0;
 };
+
+/// Coupling of this tick. After a change of `wanted` it goes linearly, within 200 ms, from the
+/// coupling then in force to `wanted`.
+Coupling ramp_coupling(CouplingRamp& ramp, const Coupling& wanted, double dt);
 
 /// True if all numbers of the pose and the velocity are finite and the orientation is a rotation.
 bool is_sound(const DeviceState& device);

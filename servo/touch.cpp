@@ -31,7 +31,7 @@ TickScene scene_of(const ServoState& state, const ServoInput& input, double weig
   return scene;
 }
 
-/// Whether the hand wants to hold, and how the object does that it holds.
+/// Looks at the button of a grasp and at the object that is held.
 HeldBody held_body(const ServoModel& model, const ServoState& state, const ServoInput& input) {
   HeldBody body;
   body.is_wanted =

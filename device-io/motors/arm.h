@@ -14,7 +14,7 @@ namespace haptic {
 using MotorNumbers = std::array<int32_t, kMostMotors>;  // what a device tells its motors
 using Milliamperes = MotorNumbers;                      // the same, of one that takes currents
 using JointAngles = std::array<double, kMostMotors>;    // [rad]
-/// What a motor exerts: its current [A], or its torque [N·m] where the device takes torques.
+/// Currents of motors [A], or their torques [N·m] where the device takes torques.
 using MotorEfforts = std::array<double, kMostMotors>;
 /// Column i: velocity and angular velocity of the handle in B, per velocity of joint i.
 using HandleJacobian = std::array<Twist, kMostMotors>;

@@ -107,7 +107,7 @@ bool MotorLine::receive(EncoderReply& newest) {
   return any;
 }
 
-/// Whether this answer gives the present position of the arm.
+/// True if this answer gives the present position of the arm.
 bool MotorLine::accept(const EncoderReply& reply) {
   if (reply.error != 0 || !is_plausible(reply)) {
     ++errors_;

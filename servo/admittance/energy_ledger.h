@@ -5,8 +5,8 @@
 
 namespace haptic {
 
-/// What the virtual body may hold: the energy that came through the port from the hand, and from
-/// the scene, and has not been used up [J].
+/// The energy that the virtual body may hold: it came through the port from the hand, and from the
+/// scene, and has not been used up [J].
 struct EnergyLedger {
   BodyEnergy held;
   Pose X_BH;           // handle at the last sample

@@ -59,9 +59,9 @@ class Children {
   void report(SessionStatus& status);
 
  private:
-  /// Whether it holds the device's node, as hapticd does.
+  /// True of the servo of a device with a node, which hapticd holds too.
   bool drives(const Role& role) const { return guard_.has_value() && &role == &servo_; }
-  /// Whether its device is gone: it is not started until the device is back.
+  /// True while the device of a servo is gone: it is not started until the device is back.
   bool lacks_device(const Role& role) const { return drives(role) && guard_->node() < 0; }
   int64_t start_time(const Role& role) const;
   void start(Role& role);

@@ -13,7 +13,7 @@
 
 namespace haptic {
 
-/// What the session is to do, and the ring that tells its processes.
+/// The state that people want of a session, and the ring that tells its processes.
 struct DesiredState {
   ControlFrame frame;
   SegmentWriter<ControlChannels> segment{1};
@@ -30,7 +30,7 @@ struct DesiredState {
   }
 };
 
-/// What the parts of hapticd share.
+/// The session that all parts of hapticd work on.
 struct SessionRun {
   const SessionConfig config;
   const std::string config_text;  // the file as read, for those who may control the session

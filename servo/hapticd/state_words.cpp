@@ -44,7 +44,7 @@ constexpr FlagRow kFlags[] = {
     {kServoSoftened, "softened towards a light body"},
     {kServoForced, "stiffer than the device holds"}};
 
-/// By the numbers of Fault.
+/// One line for each Fault, by its number.
 constexpr std::array kReasons{
     "unknown",
     "the device's sample was not finite",

@@ -58,8 +58,8 @@ void limit_step(const ServoModel& model, const RenderQuestion& question, BodySol
   solution.F_hand_W = F_W;
 }
 
-/// What a solver came to. The objects are pushed with the opposite of what they push the proxy
-/// with.
+/// The answer of a solver as all renderers give it. The objects are pushed with the opposite of
+/// what they push the proxy with.
 Rendered rendered_body(const RenderQuestion& question, const BodySolution& solution) {
   Rendered out;
   out.X_WP = solution.proxy.X_WT;

@@ -17,8 +17,8 @@ namespace haptic {
 /// force of an edge that the hand has already left.
 inline constexpr double kMostForceRate = 500;
 
-/// What one tick keeps for the next: the wrench that the hand felt and where it held the tool, seen
-/// from the object that carried it.
+/// The memory of limit_felt_step between ticks: the wrench that the hand felt and where it held the
+/// tool, seen from the object that carried it.
 struct FeltStep {
   bool started = false;
   uint32_t carrier = kMaxObjects;  // kMaxObjects: the world

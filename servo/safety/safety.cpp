@@ -157,7 +157,7 @@ struct Mixture {
   Vec3 of(const Vec3& before, const Vec3& now) const { return held * before + wanted * now; }
 };
 
-/// What is left of a wanted vector that may end at most `growth` away from the segment between zero
+/// Shortens a wanted vector, which may end at most `growth` away from the segment between zero
 /// and `held`: so its growth along, across and against it is bounded, and it may shrink at once.
 /// One farther away is moved straight towards the nearest point of the segment. A wall at rest
 /// never reaches the limit: it pushes with k·(P(x) − x), P the projection onto the free space;
@@ -231,8 +231,8 @@ void begin_softly(const SafetyLimits& limits, SafetyState& state, const SafetyIn
   }
 }
 
-/// What the motors can give at most. A torque that is dropped is flagged only in ticks in which it
-/// would have been felt.
+/// Shortens the wrench to the most that the motors can give. A torque that is dropped is flagged
+/// only in ticks in which it would have been felt.
 void limit_size(const SafetyLimits& limits, const WrenchLimit& bearable, Limited& limited,
                 SafetyOutput& out) {
   if (limits.max_force <= 0) limited.F_B.f = limited.rendered_B.f = {};
@@ -290,8 +290,8 @@ struct Part {
   double max_damping = 0;
   double still = 0;  // speed below which it does not damp
 
-  /// What is pushed along: on the way out the last push gives the direction, because a buzzing wall
-  /// releases most of its energy there.
+  /// The direction to push along: on the way out the last push gives the direction, because a
+  /// buzzing wall releases most of its energy there.
   const Vec3& push() const { return wanted != Vec3{} ? wanted : held; }
 };
 

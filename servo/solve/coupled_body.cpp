@@ -7,22 +7,9 @@
 namespace haptic {
 namespace {
 
-constexpr double kRampTime = 0.200;    // of a change of the coupling [s]
 constexpr double kSmallAngle = 1e-4;   // below it the series is exact to rounding [rad]
 constexpr double kLeastSpring = 1e-6;  // that a metric can be made of [N/m]
 constexpr double kLeastTurn = 1e-3;    // of k_T radius², the same of rotation
-
-Coupling in_force(const CouplingRamp& ramp) {
-  const double share = std::min(ramp.time / kRampTime, 1.0);
-  Coupling now = ramp.to;
-  if (share == 1) return now;
-  for (double Coupling::*const k :
-       {&Coupling::translational_stiffness, &Coupling::translational_damping,
-        &Coupling::rotational_stiffness, &Coupling::rotational_damping}) {
-    now.*k = ramp.from.*k + share * (ramp.to.*k - ramp.from.*k);
-  }
-  return now;
-}
 
 /// Jr⁻¹(θ): derivative of log(E exp(δ)) by δ, E = exp(θ).
 Mat3 inverse_right_jacobian(const Vec3& theta) {
@@ -95,13 +82,6 @@ CentralTerms terms_about_centre(const Coupling& coupling, const ToolBody& body,
 }
 
 }  // namespace
-
-Coupling ramp_coupling(CouplingRamp& ramp, const Coupling& wanted, double dt) {
-  HAPTIC_ASSERT(dt > 0 && ramp.time >= 0);
-  if (wanted != ramp.to) ramp = {in_force(ramp), wanted, 0};
-  ramp.time += dt;
-  return in_force(ramp);
-}
 
 Vec3 coupling_force(const Coupling& coupling, const CouplingInput& input) {
   const Vec3 stretch_W = input.proxy_W - input.tool_W;

@@ -11,17 +11,6 @@
 /// tick as a solver of a body is asked about it.
 namespace haptic {
 
-/// A change from one coupling to another, spread over time: a step in stiffness under a pressed
-/// finger would be a step in force.
-struct CouplingRamp {
-  Coupling from, to;
-  double time = 0;  // since the change began [s]
-};
-
-/// Coupling of this tick. After a change of `wanted` it goes linearly, within 200 ms, from the
-/// coupling then in force to `wanted`.
-Coupling ramp_coupling(CouplingRamp& ramp, const Coupling& wanted, double dt);
-
 /// Force of the virtual coupling on the tool of a massless 3-DoF proxy, at the tool's origin, in W:
 ///   f = max(k_T |s| + share b_T (v_P − v_T)·ŝ, 0) ŝ,  s = x_P − x_T,  ŝ = s/|s|
 /// The damper acts along the spring only: it brakes the stretching and never drags sideways. The
@@ -40,7 +29,7 @@ Vec3 coupling_force(const Coupling& coupling, const CouplingInput& input);
 /// Stands for a tool that contact has not described yet: a ball of 5 cm and 100 g.
 inline constexpr ToolBody kUnknownTool{0.1, {1e-4, 1e-4, 1e-4}, {}, 0.05};
 
-/// Where a tool is and how it moves, as a rigid body. Frame C: origin at its centre of mass, axes
+/// Pose and velocity of a tool as a rigid body. Frame C: origin at its centre of mass, axes
 /// of the tool frame T.
 struct BodyMotion {
   Pose X_WC;

@@ -23,7 +23,7 @@ struct Port {
   PassivityInput input;
   int64_t tick = 0;
 
-  /// Of one axis, along which it moves, or about which it turns with the same figures.
+  /// A port of one axis, along which it moves, or about which it turns with the same figures.
   static Port of_axis(bool turning, double damping) {
     Port port(0, 0);
     port.turning = turning;
