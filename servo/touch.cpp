@@ -108,12 +108,12 @@ Touch touch_of(const ServoModel& model, ServoState& state, const ServoInput& inp
   Touch touch;
   touch.scene = scene_of(state, input, weight);
   touch.coupling = coupling;
-  const Rendered rendered = solve_proxy(model, state, input, tool, coupling, touch);
+  touch.rendered = solve_proxy(model, state, input, tool, coupling, touch);
+  const Rendered& rendered = touch.rendered;
   if (!rendered.converged) touch.flags |= kServoSolverLimit;
   if (rendered.n_pushing > 0) touch.flags |= kServoContact;
   touch.V_WP = rendered.V_WP ? *rendered.V_WP : velocity_since(state, rendered.X_WP, input.t_ns);
   touch.depth = norm(rendered.X_WP.p - tool.X_WT.p);
-  touch.rendered = rendered;
   return touch;
 }
 
