@@ -73,7 +73,7 @@ class Device {
   /// wait at most 40 ms for the device's confirmation.
   virtual void stop() = 0;
 
-  /// Where the hand is to mean to go from now on: pose of the handle in B; none: where it means to
+  /// Leads the intention of the hand from now on: pose of the handle in B; none: where it means to
   /// go by itself. Only a simulated hand can be led; others go where a person moves them.
   virtual void lead(const std::optional<Pose>& /*X_BH*/) {}
 

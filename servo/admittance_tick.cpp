@@ -12,7 +12,7 @@
 #include "proto/wire/renderer.h"
 #include "servo/admittance/following.h"
 #include "servo/admittance/free_region.h"
-#include "servo/tick.h"
+#include "servo/touch.h"
 
 namespace haptic {
 namespace {
@@ -82,15 +82,13 @@ LedgerLimit free_step(const ServoModel& model, AdmittanceState& own, const Wrenc
   return keep_body_passive(*model.admittance, own.ledger, own.body, free, given_B, model.dt);
 }
 
-/// The tool of a body on its way; the clutch moves the workspace instead, and the tool stays.
+/// The tool of a body on its way.
 Tool tool_of(const ServoModel& model, ServoState& state, const ServoInput& input,
              const VirtualBody& body) {
   DeviceState device = input.device;
   device.X_BH = body.X_BH;
-  const Pose X_WT = state.started ? state.X_WP : tool_pose(model.map, state.clutch, body.X_BH);
-  Tool tool{apply_clutch(model.map, state.clutch, device, X_WT), {}, state.clutch.held};
-  if (!tool.is_clutched) tool.V_WT = tool_twist(model.map, body.X_BH, body.V_BH);
-  return tool;
+  device.V_BH = body.V_BH;
+  return tool_at(model, state, device, state.X_WP);
 }
 
 /// The body within the space that contact has looked at: the rest counts as a wall.
@@ -107,7 +105,7 @@ VirtualBody kept_in_sight(const ServoModel& model, const ServoState& state, cons
   return brought_to(from, handle_pose(model.map, state.clutch, kept), model.dt);
 }
 
-/// How much the scene may push: it may stop the body at once, and turn what moving holds into
+/// Bounds the push of the scene: it may stop the body at once, and turn what moving holds into
 /// turning, but not throw it. The shortened way ends between both poses: a point is free there,
 /// since the region that both lie in is convex; a rigid tool is commanded where contact has proven
 /// it.
@@ -129,12 +127,12 @@ VirtualBody pushed(const ServoModel& model, const VirtualBody& from, const Virtu
 
 /// True if the tool goes where contact has proven it free; with the clutch held it goes nowhere.
 bool is_led_by_contact(const ServoState& state, const ContactSet* set) {
-  return set != nullptr && is_renderer(set->renderer) && !state.clutch.held &&
-         is_rigid(static_cast<Renderer>(set->renderer));
+  const RendererRow* renderer = renderer_of(set);
+  return renderer != nullptr && !state.clutch.held && is_rigid(renderer->id);
 }
 
-/// Where contacts are not complete: where contact has proven the tool free, one tick later, and at
-/// rest until that is near.
+/// The body of a set that is not complete goes where contact has proven the tool free, one tick
+/// later, and rests until that is near.
 VirtualBody proven_body(const ServoModel& model, const ServoState& state, const ContactSet& set,
                         const VirtualBody& from) {
   if ((set.flags & kContactNoFreePose) != 0) return {from.X_BH, {}};
@@ -144,14 +142,13 @@ VirtualBody proven_body(const ServoModel& model, const ServoState& state, const 
   return brought_to(from, {X_BH.p, normalized(X_BH.q)}, model.dt);
 }
 
-/// Where contact has proven a point or a sphere free; everywhere where the tool is a body, and with
-/// the clutch held, when the tool goes nowhere.
+/// The region that contact has proven free for a point or a sphere; it is everywhere where the tool
+/// is a body, and with the clutch held, when the tool goes nowhere.
 FreeRegion proven_region(const ServoModel& model, const ServoState& state, const ContactSet* set,
                          const TickScene& scene) {
-  if (set == nullptr || !is_renderer(set->renderer) || state.clutch.held) return {};
-  const auto renderer = static_cast<Renderer>(set->renderer);
-  if (is_of_body(renderer)) return {};
-  const bool is_sphere = row_of(renderer).moves == Moves::kSphere;
+  const RendererRow* renderer = renderer_of(set);
+  if (renderer == nullptr || is_of_body(renderer->id) || state.clutch.held) return {};
+  const bool is_sphere = renderer->moves == Moves::kSphere;
   return free_region(*set, scene, is_sphere ? model.proxy_radius : 0);
 }
 
@@ -214,9 +211,9 @@ std::optional<Pose> proven_pose(const ServoModel& model, const ServoState& state
   return Pose{X_BH.p, normalized(X_BH.q)};
 }
 
-/// Where the device is sent. The planes around a rigid tool hold to first order of its turn, so it
-/// goes where contact has proven it free, a tick later. Where nothing is proven it stays, and the
-/// body begins anew.
+/// The pose that the device is sent to. The planes around a rigid tool hold to first order of its
+/// turn, so it goes where contact has proven it free, a tick later. Where nothing is proven it
+/// stays, and the body begins anew.
 Pose command_of(const ServoModel& model, ServoState& state, const ContactSet* set) {
   AdmittanceState& own = state.admittance;
   if (!is_led_by_contact(state, set)) return own.body.X_BH;
@@ -234,21 +231,21 @@ Wrench scene_push(const ServoModel& model, const ServoState& state, const Render
   return F_B;
 }
 
-/// What safety lets through of the force and torque of the hand, as they were measured; none while
+/// Passes the measured force and torque of the hand through safety; nothing is left while
 /// contacts fade or are stale.
 SafetyOutput safe_push(const ServoModel& model, ServoState& state, const ServoInput& input,
-                       const Sample& sample, const ContactWeight& age) {
+                       const TickStart& start) {
   AdmittanceState& own = state.admittance;
   // a clutch that is held closes nothing: the body moves on, and the tool stays
-  SafetyInput safety = safety_input(model, state, input, sample, false);
+  SafetyInput safety = start.safety;
   safety.F_B = input.device.F_hand_B;
-  safety.device_follows = follows(model, own, sample);
+  safety.device_follows = follows(model, own, start.sample);
   safety.contacts_finite = own.contacts_finite;
   SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
   // the body begins anew where an arm is held: nothing pulls at it, nor throws it when it comes
   // free
   if (state.safety.fault == Fault::kDeviceStale && !safety.device_follows) own.started = false;
-  safe.closed = safe.closed || (age.flags & (kServoFading | kServoStale)) != 0;
+  safe.closed = safe.closed || (start.age.flags & (kServoFading | kServoStale)) != 0;
   return safe;
 }
 
@@ -273,20 +270,20 @@ void command(const ServoModel& model, ServoState& state, const ServoInput& input
 }  // namespace
 
 Outcome admittance_tick(const ServoModel& model, ServoState& state, const ServoInput& input,
-                        const Sample& sample, const ContactWeight& age) {
+                        const TickStart& start) {
+  const DeviceState& device = start.sample.device;
   Outcome out;
   AdmittanceState& own = state.admittance;
   rest_after_gap(model, own, input);
-  begin_body(own, input, sample);
-  out.sample = sample;
+  begin_body(own, input, start.sample);
   out.X_WG = tool_pose(model.map, state.clutch, own.body.X_BH);
-  out.safe = safe_push(model, state, input, sample, age);
+  out.safe = safe_push(model, state, input, start);
   const bool closed = out.safe.closed;
-  const Wrench push_B = (closed ? 0 : age.weight) * out.safe.F_B;
+  const Wrench push_B = (closed ? 0 : start.age.weight) * out.safe.F_B;
 
   // the free step of the body, then what the scene leaves of it
   const VirtualBody before = own.body;
-  const LedgerLimit passive = free_step(model, own, push_B, sample.device, closed);
+  const LedgerLimit passive = free_step(model, own, push_B, device, closed);
   if (passive.damped) out.flags |= kServoPassivity;
   const bool is_soft = is_soft_body(input.contacts);
   const VirtualBody free =
@@ -299,11 +296,11 @@ Outcome admittance_tick(const ServoModel& model, ServoState& state, const ServoI
   own.body =
       is_soft ? free : constrained(model, state, input, out.touch, out.tool.X_WT, before, free);
   own.F_scene_B = is_soft && !closed ? scene_push(model, state, rendered) : Wrench{};
+  // what the scene holds back is what the hand pushes it with
+  out.safe.felt = closed ? FeltShare{} : FeltShare{1, 1};
   if (!closed) {
-    settle_ledger(*model.admittance, own.ledger, free, own.body,
-                  sample.device.F_hand_B + own.F_scene_B, model.dt);
-    // what the scene holds back is what the hand pushes it with
-    out.felt = FeltShare{1, 1};
+    settle_ledger(*model.admittance, own.ledger, free, own.body, device.F_hand_B + own.F_scene_B,
+                  model.dt);
   }
   out.F_device_B = -push_B;
   command(model, state, input, out);

@@ -5,8 +5,8 @@
 
 namespace haptic {
 
-/// One tick with a device that measures the hand's wrench and is commanded a pose: measured wrench
-/// → safety → free step of the virtual body → tool → proxy → commanded pose.
+/// The rest of a tick with a device that measures the hand's wrench and is commanded a pose:
+/// measured wrench → safety → free step of the virtual body → tool → proxy → commanded pose.
 ///
 /// The safety of a wanted wrench (make_safe) is that of the measured one: what it would not let
 /// through to the hand does not move the body either. Then the body steps freely
@@ -23,6 +23,6 @@ namespace haptic {
 /// right side of what is known still; and it goes nowhere that contact has not looked at
 /// (seen_space.h), so that contacts that do not come stop it.
 Outcome admittance_tick(const ServoModel& model, ServoState& state, const ServoInput& input,
-                        const Sample& sample, const ContactWeight& age);
+                        const TickStart& start);
 
 }  // namespace haptic

@@ -16,7 +16,7 @@ uint32_t judge(const Pace& pace, const ServoInput& input, double sim_period) {
   if (missed > kMostLate * (ticks + missed)) flags |= kServoLate;
   if (static_cast<double>(pace.n_late_contacts) > kMostLate * ticks) flags |= kServoContactLate;
   const uint64_t seq = input.scene != nullptr ? input.scene->seq : 0;
-  // one that does not run is said elsewhere, and one that began anew counts anew
+  // a sim that does not run is said elsewhere, and one that began anew counts anew
   if (pace.scene_seq > 0 && seq > pace.scene_seq) {
     const double seconds = 1e-9 * static_cast<double>(input.t_ns - pace.since_ns);
     if (static_cast<double>(seq - pace.scene_seq) * sim_period < kLeastRate * seconds) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "servo/servo_state.h"
+#include "servo/tick.h"
 
 namespace haptic {
 

@@ -2,75 +2,96 @@
 #include "servo/step.h"
 
 #include "proto/math/assert.h"
-#include "proto/wire/mapping.h"
 #include "servo/admittance_tick.h"
+#include "servo/impedance_tick.h"
 #include "servo/pace.h"
-#include "servo/tick.h"
 
 namespace haptic {
 namespace {
 
-/// The velocity of the touched surface, seen at the handle in B. A handle that feels torque is
-/// carried as a body by an object that turns; one that feels none, by the tool's origin.
-Twist surface_in_device(const ServoModel& model, const Rendered& rendered, const Pose& X_WT) {
-  HAPTIC_ASSERT(model.map.motion_scale > 0);
-  const Quat q_BW = conjugate(model.map.X_WB.q);
-  Twist V_W{rendered.surface_W, {}};
-  if (model.limits.max_torque > 0) {
-    V_W.w = rendered.surface_turning_W;
-    V_W.v = velocity_at(V_W, (X_WT * inverse(model.map.X_HT)).p - X_WT.p);
+/// Writes the frame of a tick whose values are all known.
+ServoFrame frame_of(const ServoState& state, const ServoInput& input, const TickStart& start,
+                    const Outcome& outcome, uint32_t flags) {
+  ServoFrame frame{};
+  frame.tick = input.tick;
+  frame.t_ns = input.t_ns;
+  frame.realtime_ns = input.realtime_ns;
+  frame.wake_late_ns = input.wake_late_ns;
+  frame.skipped = input.skipped;
+  frame.flags = flags;
+  frame.fault = static_cast<uint32_t>(state.safety.fault);
+  frame.renderer = static_cast<uint32_t>(state.renderer);
+
+  frame.device = start.sample.device;
+  frame.F_device_B = outcome.F_device_B;
+  frame.X_command_B = outcome.X_command_B;
+  frame.X_WT = outcome.tool.X_WT;
+  frame.V_WT = outcome.tool.V_WT;
+
+  frame.X_WG = outcome.X_WG;
+  if (input.contacts != nullptr) {
+    frame.contact_seq = input.contacts->seq;
+    frame.contact_tick = input.contacts->answers_tick;
+    frame.X_WG = input.contacts->X_WG;
   }
-  return {rotate(q_BW, V_W.v) / model.map.motion_scale, rotate(q_BW, V_W.w)};
+  if (input.scene != nullptr) frame.scene_seq = input.scene->seq;
+  if (input.control != nullptr) frame.control_revision = input.control->revision;
+
+  const Rendered& rendered = outcome.touch.rendered;
+  frame.fade = start.age.weight;
+  frame.F_coupling_W = rendered.F_W;
+  frame.translational_stiffness = outcome.touch.coupling.translational_stiffness;
+  frame.rotational_stiffness = outcome.touch.coupling.rotational_stiffness;
+  frame.X_WP = rendered.X_WP;
+  frame.V_WP = outcome.touch.V_WP;
+  frame.depth = outcome.touch.depth;
+  frame.n_contacts = static_cast<uint32_t>(rendered.n_pushing);
+  // where nothing is felt nothing holds
+  if ((flags & kServoClosed) == 0) frame.held_back_W = rendered.held_back_W;
+
+  frame.object_impulse_W = state.pushes.impulse_W;
+  frame.object_impulse_time_W = state.pushes.impulse_time_W;
+  frame.forgotten_impulse_W = state.pushes.forgotten_W;
+  frame.impulses_since_ns = state.pushes.since_ns;
+  return frame;
 }
 
-/// The tool where the device is; where the sample cannot be used it keeps its last good pose.
-Tool place_tool(const ServoModel& model, ServoState& state, const Sample& sample) {
-  if (!sample.usable) return {state.X_WT, {}};
-  const DeviceState& device = sample.device;
-  const Pose X_WT = state.started ? state.X_WT : tool_pose(model.map, state.clutch, device.X_BH);
-  Tool tool{apply_clutch(model.map, state.clutch, device, X_WT), {}, state.clutch.held};
-  if (!tool.is_clutched) tool.V_WT = tool_twist(model.map, device.X_BH, device.V_BH);
-  return tool;
-}
-
-/// A device that measures a pose and is told a wrench: tool, proxy, wrench, safety.
-Outcome impedance_tick(const ServoModel& model, ServoState& state, const ServoInput& input,
-                       const Sample& sample, const ContactWeight& age) {
-  Outcome out;
-  out.sample = sample;
-  out.tool = place_tool(model, state, sample);
-  out.X_WG = out.tool.X_WT;
-  // contacts where the objects are now, as far as their age allows
-  out.touch = touch_of(model, state, input, out.tool, state.coupling, age.weight);
-
-  const Rendered& rendered = out.touch.rendered;
-  SafetyInput safety = safety_input(model, state, input, sample, out.tool.is_clutched);
-  safety.F_B = device_wrench(model.map, sample.device.X_BH, rendered.F_W);
-  safety.contacts_finite = rendered.finite;
-  safety.fading = (age.flags & (kServoFading | kServoStale)) != 0;
-  const Twist surface_B = surface_in_device(model, rendered, out.tool.X_WT);
-  safety.surface_velocity_B = surface_B.v;
-  safety.surface_turning_B = surface_B.w;
-  out.safe = make_safe(model.limits, state.safety, safety, model.dt);
-  out.felt = out.safe.felt;
-  out.F_device_B = out.safe.F_B;
-  out.X_command_B = sample.device.X_BH;
-  // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps
-  if (state.safety.jumped) out.tool = {state.X_WT, {}, out.tool.is_clutched};
-  return out;
+/// Keeps what the next tick needs of this one, counts what the objects are pushed with, and writes
+/// the frame.
+ServoFrame settle(const ServoModel& model, ServoState& state, const ServoInput& input,
+                  const TickStart& start, const Outcome& outcome) {
+  uint32_t flags = start.flags | outcome.touch.flags | outcome.safe.flags | outcome.flags;
+  if (outcome.tool.is_clutched) flags |= kServoClutched;
+  if ((flags & kServoClosed) != 0) {
+    state.render.forget();
+    state.grasp = {};
+  }
+  const Touch& touch = outcome.touch;
+  // the hand feels the torque of a tool about its handle; that of a point, which has none, about
+  // the proxy
+  const RendererRow* renderer = renderer_of(input.contacts);
+  const bool is_body = renderer != nullptr && is_of_body(renderer->id);
+  const Pose& X_WP = touch.rendered.X_WP;
+  const Vec3 at_W = is_body ? (X_WP * inverse(model.map.X_HT)).p : X_WP.p;
+  note_pushes(state.pushes, {input.scene, touch.scene, touch.rendered, at_W, outcome.safe.felt},
+              model.dt);
+  const ServoFrame frame = frame_of(state, input, start, outcome, flags);
+  state.started = state.started || start.sample.usable;
+  state.t_ns = input.t_ns;
+  if (start.sample.usable) state.X_WT = frame.X_WT;
+  state.X_WP = frame.X_WP;
+  return frame;
 }
 
 }  // namespace
 
 ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInput& input) {
   HAPTIC_ASSERT(model.dt > 0 && model.dead_man_button < 32);
-  const Sample sample = sample_of(model, state.clutch, input);
-  follow_control(model, state, input);
-  continue_pushes(model, state.pushes, input.t_ns);
-  const ContactWeight age = weigh(state, input, model.dt);
-  const Outcome outcome = model.admittance ? admittance_tick(model, state, input, sample, age)
-                                           : impedance_tick(model, state, input, sample, age);
-  ServoFrame frame = settle(model, state, input, age, outcome);
+  const TickStart start = begin_tick(model, state, input);
+  continue_pushes(state.pushes, input.t_ns, !model.admittance, model.dt);
+  const Outcome outcome = model.admittance ? admittance_tick(model, state, input, start)
+                                           : impedance_tick(model, state, input, start);
+  ServoFrame frame = settle(model, state, input, start, outcome);
   frame.flags |= keep_pace(state.pace, input, frame.flags, model.sim_period);
   return frame;
 }

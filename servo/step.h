@@ -2,7 +2,7 @@
 #pragma once
 
 #include "servo/model.h"
-#include "servo/servo_state.h"
+#include "servo/tick.h"
 
 namespace haptic {
 

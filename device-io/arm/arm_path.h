@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-/// Where an arm is that follows its commands exactly, after a delay: on straight lines, and turning
+/// The path of an arm that follows its commands exactly, after a delay: on straight lines, turning
 /// at a constant rate, from each commanded pose to the next. Keeps the last kRoom of them.
 class ArmPath {
  public:
@@ -21,7 +21,7 @@ class ArmPath {
   /// arrival_ns > t_ns. t_ns is not before that of the last call.
   void go(int64_t t_ns, int64_t arrival_ns, const Pose& X_B);
   int64_t delay_ns() const { return delay_ns_; }
-  /// Where the arm is.
+  /// The pose of the arm.
   Pose at(int64_t t_ns) const;
 
  private:

@@ -48,8 +48,8 @@ EmulatedHaply::EmulatedHaply(const EmulatedHaplyOptions& options)
       plant_(start_plant(options.hand)),
       intention_(seeded_intention(options.hand)) {}
 
-/// Of a driven link: turned outwards from the line to the handle, its elbow goes away from the
-/// handle all the way. Bisection, then Newton's method on the squared distance.
+/// The angle of a driven link: turned outwards from the line to the handle, its elbow goes away
+/// from the handle all the way. Bisection, then Newton's method on the squared distance.
 double EmulatedHaply::angle(int link, const Vec3& p_B) const {
   const PantographConfig& arm = options_.arm;
   const double side = link == 0 ? 1 : -1;

@@ -44,7 +44,7 @@ class EmulatedHaply {
   const HandPlant& plant() const { return plant_; }
   /// On the hand, by the motors [N].
   const Vec3& force_B() const { return force_B_; }
-  /// Of the motors on ports 1 and 2 [N·m].
+  /// Torques of the motors on ports 1 and 2 [N·m].
   const std::array<double, 2>& torques() const { return torques_; }
   double largest_torque() const;
   int setups() const { return setups_; }

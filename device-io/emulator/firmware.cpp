@@ -16,7 +16,7 @@ constexpr int kTrailing = 8, kTooLong = 128, kNoBegin = 256, kNotAsMany = 512, k
 constexpr int64_t kLongestGapNs = 1'000'000'000;  // longer gaps are skipped
 constexpr int64_t kForceStepNs = 250'000;         // the arm turns little in this time
 
-/// As many numbers as motors; at the most six.
+/// Reads as many numbers as there are motors; at the most six.
 bool read_currents(const char* line, size_t motors, Milliamperes& n) {
   const int found =
       std::sscanf(line, "[%d,%d,%d,%d,%d,%d]", &n[0], &n[1], &n[2], &n[3], &n[4], &n[5]);
@@ -78,7 +78,7 @@ void EmulatedDevice::pass_time(int64_t t_ns) {
   }
 }
 
-/// Whether a complete line has arrived.
+/// True if a complete line has arrived.
 bool EmulatedDevice::has_line() const {
   const auto end =
       queue_.begin() + static_cast<std::ptrdiff_t>(std::min(queued_, line_.size() - 1));

@@ -25,7 +25,7 @@ enum class EmulatorEvent : uint32_t {
   kCalibrated = 4,  // the calibration button was pressed
 };
 
-/// What the device received and the hand felt, from this instant on.
+/// The command that the device received and the wrench that the hand felt, from this instant on.
 struct EmulatorRecord {
   int64_t t_ns;            // of the firmware's clock
   uint64_t commands;       // valid lines so far

@@ -20,7 +20,7 @@ struct FtdiPort {
   std::function<std::vector<uint8_t>(int64_t wait_ns)> receive;
 };
 
-/// What bring_up() found or did.
+/// The findings of bring_up().
 enum class FalconBoot {
   kWasRunning,  // the firmware of an earlier program; it stays until the power is cut
   kLoaded,      // the image was sent

@@ -16,8 +16,8 @@ namespace haptic {
 inline constexpr size_t kModemStatus = 2;
 inline constexpr size_t kFtdiPacket = 64;
 
-/// Who is to speak on the line to a Falcon, and how many answers may still come. The states and
-/// what leads from one to another:
+/// The state of the line to a Falcon: whose turn it is, and how many answers may still come. The
+/// states and what leads from one to another:
 ///
 ///   state        ask          answer, of all / of some      distrust  brought up
 ///   kFree        kAsked       kHushed: one too many         kHushed   kFree
@@ -63,7 +63,7 @@ class FalconExchange {
  public:
   explicit FalconExchange(MotorMailbox& mailbox) : mailbox_(mailbox) {}
 
-  /// Whether a question is due: the last one is answered, or has waited long enough.
+  /// True if a question is due: the last one is answered, or has waited long enough.
   bool may_ask(int64_t t_ns) const noexcept;
   /// The next question, from the servo's newest command.
   FalconBytes ask(int64_t t_ns) noexcept;
@@ -93,7 +93,7 @@ class FalconExchange {
   using State = FalconTurn::State;
   enum class Manners { kUnknown, kObeys, kIgnores };
 
-  /// Of the firmware, what is known by challenges.
+  /// The manners of the firmware, as challenges show them.
   struct Challenges {
     Manners manners = Manners::kUnknown;
     bool is_one = false;  // the last question

@@ -25,7 +25,7 @@ inline constexpr uint8_t kFalconInterface = 0, kFalconIn = 0x81,
 /// The USB side of a Falcon: brings it up, then keeps two asynchronous transfers in flight in a
 /// thread of its own, which serves the mailbox until the device is unplugged or this is destroyed.
 ///
-/// Who taps it hears the packets of the exchange, not of the bring-up: the firmware's image is not
+/// A tap hears the packets of the exchange, not of the bring-up: the firmware's image is not
 /// for handing on.
 ///
 /// The thread's own code does not allocate. libusb 1.0.26 allocates on Linux an array of URBs for

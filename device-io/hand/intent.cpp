@@ -35,7 +35,7 @@ SplitMix stream_of(uint64_t seed, uint64_t number) {
   return {SplitMix{seed}.next() ^ SplitMix{number}.next()};
 }
 
-/// By rejection from the cube, without transcendental functions.
+/// Draws a direction by rejection from the cube, without transcendental functions.
 Vec3 random_direction(SplitMix& random) {
   for (;;) {
     const Vec3 a{2 * random.uniform() - 1, 2 * random.uniform() - 1, 2 * random.uniform() - 1};

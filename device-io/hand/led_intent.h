@@ -17,7 +17,7 @@ inline constexpr double kLedRate = 30;
 /// quarter of the velocity limit beyond which safety closes the force.
 inline constexpr double kMostLedSpeed = 0.5;
 
-/// The same for turning [rad/s]: a quarter of the limit of angular velocity.
+/// Largest speed of turning [rad/s]: a quarter of the limit of angular velocity.
 inline constexpr double kMostLedSpin = 5;
 
 /// A place in B within which a hand can be led.

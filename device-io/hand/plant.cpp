@@ -17,7 +17,7 @@ bool is_held(const SimulatedHandConfig& config) {
   return config.hand_stiffness > 0 || config.hand_damping > 0;
 }
 
-/// Whether the hand acts on the handle's orientation.
+/// True if the hand acts on the handle's orientation.
 bool is_twisted(const SimulatedHandConfig& config) {
   return can_turn(config) &&
          (config.hand_rotational_stiffness > 0 || config.hand_rotational_damping > 0);

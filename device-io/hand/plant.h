@@ -17,7 +17,7 @@ inline constexpr int64_t kPlantStepNs = 20'000;
 /// kHz. It costs more than all steps of a tick; a stroke of 1 m/s² bends by 0.1 µm in that time.
 inline constexpr int64_t kIntentStepNs = 1'000'000;
 
-/// Where the energy of the plant came from and went [J], since the start; moving and turning
+/// The energy of the plant by where it came from and went [J], since the start; moving and turning
 /// together.
 struct HandEnergy {
   double device_work = 0;     // by the wrench on the device; negative: absorbed by the wall
@@ -48,7 +48,7 @@ using Intention = std::function<Intent(double t)>;
 /// That of config.intent.
 Intention seeded_intention(const SimulatedHandConfig& config);
 
-/// Whether the handle turns at all.
+/// True if the handle turns at all.
 bool can_turn(const SimulatedHandConfig& config);
 
 /// At rest at the start of the intention.
@@ -67,7 +67,7 @@ void lead_plant(const Intention& intention, HandPlant& plant, const std::optiona
 /// turns about one axis; where the axes of handle and intention differ, the sum is off by the
 /// square of the step (by 1e-9 of the energy turned over).
 void advance(const SimulatedHandConfig& config, HandPlant& plant, const Wrench& F_B, int64_t dt_ns);
-/// The same with another intention than that of the config.
+/// A plant with another intention than that of the config.
 void advance(const SimulatedHandConfig& config, const Intention& intention, HandPlant& plant,
              const Wrench& F_B, int64_t dt_ns);
 

@@ -7,7 +7,7 @@
 /// every machine: the last bit of libm's sin, cos and atan2 differs between them.
 namespace haptic {
 
-/// By a Taylor series to x¹⁹, accurate to 3e-16.
+/// Sine and cosine by a Taylor series to x¹⁹, accurate to 3e-16.
 double portable_sin(double x);
 double portable_cos(double x);
 

@@ -12,7 +12,7 @@ namespace haptic {
 /// computing. Time beyond that is skipped and flagged kDeviceLostTime.
 inline constexpr int64_t kMaxCatchUpNs = 50'000'000;
 
-/// Where the intent can be led: the device's workspace, or as far as an arm reaches.
+/// The places that the intent can be led to: the device's workspace, or as far as an arm reaches.
 Ball reach_of(const DeviceConfig& config);
 
 /// A device in a simulated hand, closed loop: the wrench held between two writes moves it for the

@@ -6,7 +6,7 @@
 
 namespace haptic {
 
-/// What turns the handle in one step; everything in the device's base frame.
+/// The torques that turn the handle in one step; everything in the device's base frame.
 struct Turning {
   Vec3 torque_B;       // of the device [N·m]
   Vec3 twist_B;        // θ at the start: rotation vector from the intended orientation [rad]

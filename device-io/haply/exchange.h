@@ -25,7 +25,7 @@ class HaplyExchange {
  public:
   explicit HaplyExchange(MotorMailbox& mailbox) : mailbox_(mailbox) {}
 
-  /// Whether a question is due: the last one is answered, or has waited long enough.
+  /// True if a question is due: the last one is answered, or has waited long enough.
   bool may_ask(int64_t t_ns) const noexcept;
   /// The next question, from the servo's newest command; zero before the first one.
   HaplyQuestion ask(int64_t t_ns) noexcept;

@@ -56,8 +56,8 @@ void HaplyLine::hear(int64_t now_ns) {
   if (!line_.is_open()) mailbox_.set_gone();
 }
 
-/// What does not fit waits for the next time: the board takes the bytes behind half a question for
-/// its end.
+/// Sends bytes; those that do not fit wait for the next time, since the board takes the bytes
+/// behind half a question for its end.
 void HaplyLine::write_all(std::span<const uint8_t> bytes) {
   const size_t n = line_.say(bytes);
   if (!line_.is_open()) mailbox_.set_gone();

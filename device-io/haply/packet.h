@@ -35,7 +35,7 @@ inline constexpr float kCountsAsDegrees = 360;
 inline constexpr double kHaplyTorqueUnit = 1e-5;
 inline constexpr int32_t kMostHaplyCounts = 32767;  // two turns and more
 
-/// Of a board's encoder.
+/// The set-up of a board's encoder.
 struct HaplyEncoder {
   float start = 0;  // angle where it is set up [degrees]
   float counts_per_turn = kCountsAsDegrees;
@@ -57,7 +57,7 @@ HaplySetup encode_haply_setup(uint8_t device, const std::array<HaplyEncoder, 2>&
 /// Torques of the motors on ports 1 and 2 [N·m].
 HaplyTorques encode_haply_torques(uint8_t device, const std::array<float, 2>& torques) noexcept;
 
-/// The same to kHaplyDevice, in kHaplyTorqueUnit, with a number before it.
+/// Torques of kHaplyDevice in kHaplyTorqueUnit, with a number before them.
 HaplyQuestion encode_haply(uint8_t number, int16_t motor_1, int16_t motor_2) noexcept;
 
 struct HaplyAnswer {

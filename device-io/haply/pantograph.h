@@ -17,7 +17,7 @@ struct PantographGeometry {
   double base = 0.02;      // [m]
 };
 
-/// Of the driven links, from the x axis, counter-clockwise about z [rad].
+/// Angles of the driven links from the x axis, counter-clockwise about z [rad].
 using PantographAngles = std::array<double, 2>;
 
 /// Handle of these angles: with the elbows A = (−base/2 + l cos θ₁, l sin θ₁), B likewise, their

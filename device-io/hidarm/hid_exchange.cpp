@@ -9,7 +9,7 @@ constexpr int64_t kGapNs = 100'000'000;  // after it the device may have been re
 
 }  // namespace
 
-/// Whether a counter goes on from the one before.
+/// True if a counter goes on from the one before.
 bool HidExchange::is_in_order(uint16_t counter, int64_t t_ns) noexcept {
   const auto step = static_cast<uint16_t>(counter - counter_);
   const bool first = heard_ == 0 || t_ns - heard_ns_ > kGapNs;

@@ -15,7 +15,7 @@ namespace haptic {
 /// bits. Out: the currents of the motors [mA], and 16 bits without meaning.
 inline constexpr size_t kHidArmReport = 8;
 
-/// As it is written: hidapi wants the report's number first, which is 0.
+/// An output report as hidapi takes it, with the report's number first, which is 0.
 using HidArmCommand = std::array<uint8_t, 1 + kHidArmReport>;
 HidArmCommand encode_hid_arm(const std::array<int16_t, 3>& milliamperes) noexcept;
 

@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-/// Of the axes of a wrist: the cosine of how far its middle one has turned from square.
+/// Cosine of how far the middle axis of a wrist may have turned from square.
 constexpr double kLeastWrist = 1e-3;
 
 }  // namespace

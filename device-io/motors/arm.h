@@ -14,7 +14,7 @@ namespace haptic {
 using MotorNumbers = std::array<int32_t, kMostMotors>;  // what a device tells its motors
 using Milliamperes = MotorNumbers;                      // the same, of one that takes currents
 using JointAngles = std::array<double, kMostMotors>;    // [rad]
-/// What a motor exerts: its current [A], or its torque [N·m] where the device takes torques.
+/// Currents of motors [A], or their torques [N·m] where the device takes torques.
 using MotorEfforts = std::array<double, kMostMotors>;
 /// Column i: velocity and angular velocity of the handle in B, per velocity of joint i.
 using HandleJacobian = std::array<Twist, kMostMotors>;
@@ -43,9 +43,9 @@ struct Arm {
   uint32_t buttons = 0;     // that its answers can tell of
   double max_force = 0;     // limit of the design [N]
   double max_torque = 0;    // [N·m]; 0: it does not turn the hand
-  double most_effort = 0;   // of a motor; 0: [device.serial] says
+  double most_effort = 0;   // of a motor; 0: [device.serial] says, of one on a serial line
   double numbers = 1000;    // that a unit of effort is told as: thousandths
-  double cutoff = 0;        // of the velocity [Hz]; 0: [device.serial] says
+  double cutoff = 0;        // of the velocity [Hz]; 0: likewise
   double least_volume = 0;  // of the first three columns of the Jacobian: singular below [m³]
   std::array<Axis, kMostMotors> axes{};
 

@@ -14,8 +14,6 @@ ArmDevice::ArmDevice(const Arm& arm, const DeviceConfig& config)
       max_force_(std::min(config.max_force, arm.max_force)),
       max_torque_(std::min(config.max_torque, arm.max_torque)),
       noise_(arm.most_accelerations()) {
-  if (arm_.most_effort == 0) arm_.most_effort = config.serial.max_current;
-  if (arm_.cutoff == 0) arm_.cutoff = config.serial.velocity_cutoff;
   HAPTIC_ASSERT(arm_.find && arm_.jacobian);
   HAPTIC_ASSERT(arm_.most_effort > 0 && arm_.cutoff > 0 && arm_.max_force > 0);
   HAPTIC_ASSERT(arm_.motors > 0 && arm_.motors <= arm_.encoders && arm_.encoders <= kMostMotors);

@@ -20,8 +20,8 @@ struct ArmSample {
   bool follows = false;  // another sample, without a loss in between
 };
 
-/// What all drivers of arms share: the handle's state by the counts of its encoders, and the
-/// motors' numbers by the wrench on the hand.
+/// The common part of all drivers of arms: the handle's state by the counts of its encoders, and
+/// the motors' numbers by the wrench on the hand.
 ///
 /// Pose: that of the arm's joint angles, at the older instant of the question, which bounds the
 /// hand's motion over the longer time; velocity: backward difference over the time between samples

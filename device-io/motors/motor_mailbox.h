@@ -16,7 +16,7 @@ struct MotorSample {
   int64_t asked_ns = 0, heard_ns = 0;
 };
 
-/// What such a device is told.
+/// A command to such a device.
 struct MotorCommand {
   std::array<int16_t, 3> motors{};  // in the units of the device
   uint8_t flags = 0;                // of the device
@@ -26,8 +26,8 @@ constexpr bool is_zero(const MotorCommand& command) {
   return command.motors == std::array<int16_t, 3>{};
 }
 
-/// What the servo and a thread of transfers tell each other, by atomics alone: neither waits. One
-/// writer and one reader each way; the newest counts.
+/// Passes commands and samples between the servo and a thread of transfers, by atomics alone:
+/// neither waits. One writer and one reader each way; the newest counts.
 ///
 /// A sample fits into one word, so that it cannot be torn; its times lie in a table by its number,
 /// and stay there for the next 255 numbers, a quarter of a second.
@@ -46,7 +46,7 @@ class MotorMailbox {
   /// The servo's command, with motors at zero once it is older than kCommandLifeNs; none: there has
   /// been no command yet.
   std::optional<MotorCommand> command_at(int64_t t_ns) const noexcept;
-  /// Whether a device that was told this last is now to be told zero: no back-off puts that off.
+  /// True if a device that was told this last is now to be told zero: no back-off puts that off.
   bool owes_zero(const MotorCommand& told, int64_t t_ns) const noexcept {
     return !is_zero(told) && is_zero(command_at(t_ns).value_or(MotorCommand{}));
   }

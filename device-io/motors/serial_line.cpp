@@ -37,7 +37,7 @@ size_t SerialLine::say(std::span<const uint8_t> bytes) {
 
 bool SerialLine::wait(int64_t until_ns) const {
   const int64_t left_ns = until_ns - now_ns();
-  if (left_ns <= 0) return false;
+  if (!is_open() || left_ns <= 0) return false;
   pollfd waiting{node_.get(), POLLIN, 0};
   poll(&waiting, 1, static_cast<int>((left_ns + kMs - 1) / kMs));
   return true;

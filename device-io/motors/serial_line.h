@@ -31,7 +31,8 @@ class SerialLine {
   /// Bytes that were taken; a full queue takes none, or a part.
   size_t say(std::span<const uint8_t> bytes);
 
-  /// Waits until something has come; false: not until then [ns]. Before and after real time.
+  /// Waits until something has come; false: not until then [ns], or the node has hung up. Before
+  /// and after real time.
   bool wait(int64_t until_ns) const;
 
   static constexpr int64_t kGreetingNs = 2'000'000'000;  // for a device's first answer

@@ -11,7 +11,7 @@
 
 namespace haptic {
 
-/// What the flags of a device's samples and commands mean, and its zero force.
+/// The meaning of the flags of a device's samples and commands, and its zero force.
 struct MotorFlags {
   uint8_t homed = 0;            // it is homed where all of them are set: always, without any
   uint8_t buttons = 0;          // one a button
@@ -40,7 +40,7 @@ class ThreeMotorDevice : public ArmDevice {
   DeviceRelease release() const override { return flags_.release; }
 
  protected:
-  /// Of the last read().
+  /// The instant of the last read().
   int64_t now_ns() const { return now_ns_; }
 
  private:

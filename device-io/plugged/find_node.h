@@ -26,14 +26,14 @@ struct PluggedNode {
 /// have several nodes. Throws std::runtime_error if udev does not answer.
 std::vector<PluggedNode> list_plugged();
 
-/// Whether a row of devices.def may be this node: its kind, its ids, the product's name.
+/// True if a row of devices.def may be this node, by its kind, its ids and the product's name.
 bool is_of(const DeviceRow& row, const PluggedNode& node);
 
 /// The node of the configured device: the path of [device.serial], or that of the one plugged in
 /// that its row and [device.usb] describe; empty: it has none. Throws InputError in one line if
 /// none or several are plugged in.
 std::string find_node(const DeviceConfig& device);
-/// By the row that is given.
+/// As above, by the row that is given.
 std::string find_node(const DeviceRow& row, const DeviceConfig& device);
 
 /// Opens a node so that it can be driven, or be let go of. Throws InputError in one line: what,

@@ -36,7 +36,7 @@ Vec3 driven_of(const JointAngles& q) {
   return {q[0], q[1], q[2]};
 }
 
-/// Of the forearm in B.
+/// The orientation of the forearm in B.
 Quat forearm_turn(const Vec3& driven) {
   return turn_about({0, 0, 1}, driven.x) * turn_about({0, 1, 0}, -forearm_angle(kLinkage, driven));
 }

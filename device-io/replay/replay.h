@@ -38,7 +38,7 @@ class Replay final : public Device {
 /// effect.
 class ClosedLoopReplay final : public Device {
  public:
-  /// As Replay; the hand needs a stiffness.
+  /// Begins as Replay does; the hand needs a stiffness.
   explicit ClosedLoopReplay(const DeviceConfig& config);
   ClosedLoopReplay(const ClosedLoopReplay&) = delete;  // the hand refers to the motion
 

@@ -30,7 +30,7 @@ class AnswerMatch {
   /// the servo is held up), so a surplus is no evidence against the device.
   bool hear(int32_t error, bool excused) noexcept;
 
-  /// Whether the last answer belongs to the last question. False after a surplus or a challenge
+  /// True if the last answer belongs to the last question. False after a surplus or a challenge
   /// without echo, until the next echo.
   bool is_settled() const noexcept { return settled_; }
 

@@ -7,9 +7,19 @@
 #include "device-io/plugged/find_node.h"
 
 namespace haptic {
+namespace {
+
+Arm limited_by(const SerialConfig& serial, Arm arm) {
+  if (arm.most_effort == 0) arm.most_effort = serial.max_current;
+  if (arm.cutoff == 0) arm.cutoff = serial.velocity_cutoff;
+  return arm;
+}
+
+}  // namespace
 
 MotorDevice::MotorDevice(const Arm& arm, const DeviceConfig& config, FileDescriptor node)
-    : ArmDevice(arm, config), line_(arm_, std::string(view(config.serial.path)), std::move(node)) {
+    : ArmDevice(limited_by(config.serial, arm), config),
+      line_(arm_, std::string(view(config.serial.path)), std::move(node)) {
   take({.counts = line_.home()});
   last_.flags = kDeviceHeld | line_.flags();
 }

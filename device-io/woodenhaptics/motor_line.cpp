@@ -58,7 +58,6 @@ bool MotorLine::is_plausible(const EncoderReply& reply) const {
 
 /// Waits for the first answer, before anything is real time.
 void MotorLine::greet(const std::string& path) {
-  const std::string name(arm_.name);
   EncoderReply reply;
   const int64_t give_up_ns = haptic::now_ns() + SerialLine::kGreetingNs;
   while (line_.is_open() && haptic::now_ns() < give_up_ns) {
@@ -68,7 +67,7 @@ void MotorLine::greet(const std::string& path) {
       continue;
     if (!is_this_arm(reply)) {
       throw std::runtime_error(path + ": answers as model " + std::to_string(reply.model) +
-                               ", not " + std::to_string(arm_.model) + " (" + name +
+                               ", not " + std::to_string(arm_.model) + " (" + arm_.name +
                                "); set 'path' in [device.serial] to the right node");
     }
     if (!is_plausible(reply)) continue;
@@ -77,7 +76,7 @@ void MotorLine::greet(const std::string& path) {
     return;
   }
   throw DeviceError(path + (line_.is_open() ? ": no answer within 2 s" : ": hung up") +
-                    "; check that it is a " + name +
+                    "; check that it is a " + arm_.name +
                     " with its firmware, plug it out and in again");
 }
 
@@ -107,7 +106,7 @@ bool MotorLine::receive(EncoderReply& newest) {
   return any;
 }
 
-/// Whether this answer gives the present position of the arm.
+/// True if this answer gives the present position of the arm.
 bool MotorLine::accept(const EncoderReply& reply) {
   if (reply.error != 0 || !is_plausible(reply)) {
     ++errors_;

@@ -33,7 +33,7 @@ class MotorLine {
   /// Takes what has come up to now: at most 1 KiB; the newest valid answer counts.
   std::optional<ArmSample> hear(int64_t now_ns);
 
-  /// Whether a line may be sent: none is under way, or it is older than 5 ms, doubled after each
+  /// True if a line may be sent: none is under way, or it is older than 5 ms, doubled after each
   /// lost line up to 100 ms: the firmware would drop both. The first zero after a loss is not put
   /// off by that doubling.
   bool may_say() const;
@@ -48,7 +48,7 @@ class MotorLine {
   /// Counts of the first answer; zero if it was invented.
   const MotorCounts& home() const { return home_; }
   bool is_homed() const { return homed_; }
-  /// Those of DeviceFlag that it knows: homed, lost, stale.
+  /// The bits of DeviceFlag that it knows: homed, lost, stale.
   uint32_t flags() const;
 
   /// Invalid answers and answers with an error.

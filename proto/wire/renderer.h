@@ -32,7 +32,7 @@ struct RendererRow {
 };
 
 /// All renderers, for who lists them or asks what one needs (config, control, the lab). Contact and
-/// the servo read the same lines (contact/detect/detectors.cpp, servo/render/solvers.cpp).
+/// the servo read the same lines (contact/detect/detectors.cpp, servo/touch.cpp).
 inline constexpr std::array kRenderers{
 #define RENDERER(id_, name_, detector, solver, ...) \
   RendererRow{.name = name_, .id = Renderer::id_ __VA_OPT__(, ) __VA_ARGS__},

@@ -6,7 +6,7 @@
 
 #include "proto/math/assert.h"
 #include "proto/math/motion_metric.h"
-#include "servo/safety/passivity.h"
+#include "servo/safety/safety.h"
 
 namespace haptic {
 namespace {
@@ -23,7 +23,7 @@ BodyEnergy operator+(const BodyEnergy& a, const BodyEnergy& b) {
   return {a.moving + b.moving, a.turning + b.turning};
 }
 
-/// What is left of a speed whose energy is bounded.
+/// The share of a speed that a bound of its energy leaves.
 double share_of(double energy, double most) {
   const double allowed = std::max(most + kSlack, 0.0);
   return energy > allowed ? std::sqrt(allowed / energy) : 1;

@@ -5,8 +5,8 @@
 
 namespace haptic {
 
-/// What the virtual body may hold: the energy that came through the port from the hand, and from
-/// the scene, and has not been used up [J].
+/// The energy that the virtual body may hold: it came through the port from the hand, and from the
+/// scene, and has not been used up [J].
 struct EnergyLedger {
   BodyEnergy held;
   Pose X_BH;           // handle at the last sample
@@ -36,7 +36,7 @@ LedgerLimit keep_body_passive(const AdmittanceConfig& model, const EnergyLedger&
 
 /// Settles the tick: what the scene gave to `free` on its way to `now` is added. What the body does
 /// not hold (any more, with what the hand is about to put in) is used up; a deficit decays over
-/// half a second and is bounded, as that of an impedance device (servo/safety/passivity.h).
+/// half a second and is bounded, as that of an impedance device (servo/safety/safety.h).
 void settle_ledger(const AdmittanceConfig& model, EnergyLedger& ledger, const VirtualBody& free,
                    const VirtualBody& now, const Wrench& F_hand_B, double dt);
 

@@ -6,6 +6,7 @@
 
 #include "proto/math/assert.h"
 #include "proto/math/motion_metric.h"
+#include "servo/safety/safety.h"
 
 namespace haptic {
 namespace {
@@ -14,8 +15,6 @@ constexpr double kMostDelay =
     0.05;  // of an arm that a hand could still lead (config_device.cpp) [s]
 // every motion takes a tick, a measured pose may be a tick old, and a command late by one
 constexpr double kMoreTicks = 3;
-// as the guard against jumps allows (handle_motion.h)
-constexpr double kRoom = 2e-3, kTurnRoom = 20e-3;  // [m], [rad]
 
 }  // namespace
 
@@ -31,7 +30,7 @@ bool is_following(const CommandedWays& commanded, const Pose& X_command_B, const
   const double ticks = std::ceil(kMostDelay / dt) + kMoreTicks;
   const uint64_t known = std::min(commanded.count, CommandedWays::kTicks);
   const auto n = static_cast<uint64_t>(std::min(ticks, static_cast<double>(known)));
-  CommandedWays::Way most{kRoom, kTurnRoom};
+  CommandedWays::Way most{kJumpWay, kJumpTurn};
   for (uint64_t i = 1; i <= n; ++i) {
     const CommandedWays::Way& way = commanded.ways[(commanded.count - i) % CommandedWays::kTicks];
     most.moving += way.moving;

@@ -21,7 +21,7 @@ struct CommandedWays {
 
 void note_way(CommandedWays& commanded, const Pose& from, const Pose& to);
 
-/// Whether an arm that was last commanded to X_command_B goes where it is commanded. It is where it
+/// True if an arm that was last commanded to X_command_B goes where it is commanded: it is where it
 /// was commanded to be at most 50 ms and three ticks ago, so it is no farther from the last command
 /// than the commands have gone since; with 2 mm and 20 mrad for what it yields under its load.
 bool is_following(const CommandedWays& commanded, const Pose& X_command_B, const Pose& X_BH,

@@ -25,7 +25,7 @@ struct FreeRegion {
 /// The region of the set's contacts, offset by the radius of the proxy [m].
 FreeRegion free_region(const ContactSet& set, const TickScene& scene, double radius);
 
-/// Whether a place is in the region, to rounding.
+/// True if a place is in the region, to rounding.
 bool holds(const FreeRegion& region, const Vec3& p_W);
 
 /// The place of the region nearest to p_W; from a place of the region the way there is no longer

@@ -5,7 +5,7 @@
 
 #include "proto/math/assert.h"
 #include "proto/math/motion_metric.h"
-#include "servo/safety/limits.h"
+#include "servo/safety/safety.h"
 
 namespace haptic {
 namespace {
@@ -14,7 +14,7 @@ VirtualBody moved_on(const VirtualBody& body, const Twist& V_B, double dt) {
   return {moved(body.X_BH, dt * V_B), V_B};
 }
 
-/// What a braking impulse leaves of a momentum.
+/// The velocity after a braking impulse, which takes away momentum at most to rest.
 Vec3 slowed(const Vec3& velocity, double inertia, double impulse) {
   const double momentum = inertia * norm(velocity);
   return momentum > impulse ? (1 - impulse / momentum) * velocity : Vec3{};

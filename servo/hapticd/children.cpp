@@ -89,13 +89,14 @@ void Children::take_offer(const Announcement& offer) {
   if (session_.config.contact_spare != 0) spare_.start_at_ns = now_ns() + kSpareAfterNs;
 }
 
-int64_t Children::wait_for(std::vector<pollfd>& waiting) const {
+int64_t Children::wait_for(std::span<pollfd, kWaits> waiting) const {
   int64_t next_ns = Role::kNever;
-  for (const Role& role : roles_) {
+  for (size_t i = 0; i < kRoles; ++i) {
+    const ChildProcess& child = roles_[i].child;
     // poll ignores the −1 of a process that does not run
-    waiting.push_back({role.child.pidfd.get(), POLLIN, 0});
-    waiting.push_back({role.child.output.get(), POLLIN, 0});
-    next_ns = std::min(next_ns, start_time(role));
+    waiting[2 * i] = {child.pidfd.get(), POLLIN, 0};
+    waiting[2 * i + 1] = {child.output.get(), POLLIN, 0};
+    next_ns = std::min(next_ns, start_time(roles_[i]));
   }
   return next_ns;
 }
@@ -125,12 +126,14 @@ void Children::launch(Role& role) {
 }
 
 void Children::start(Role& role) {
+  // a spare that died since the last turn takes over nothing
+  if (&role == &contact_) reap(spare_);
   role.life = {Phase::kStarting, now_ns()};
   if (&role == &contact_ && spare_.child.is_running()) {
     // contact is dead and reaped, so that there is one writer
     if (spare_is_ready()) role.life.phase = Phase::kWaking;
     send(turn_.get(), &kSpareTurn, 1, MSG_NOSIGNAL | MSG_DONTWAIT);
-    role.generation = spare_.generation;
+    role.generation = std::exchange(spare_.generation, 0);
     role.child = std::exchange(spare_.child, {});
     spare_.life = {};
   } else {
@@ -142,22 +145,26 @@ void Children::start(Role& role) {
 
 void Children::reap(const std::function<void()>& on_servo_end) {
   for (Role& role : roles_) {
-    const auto status = role.child.ended();
-    if (!status) continue;
-    role.child.write_output(session_.log, role.name);
-    if (const auto hopeless = role.bury(*status)) {
-      session_.log.write(LogLevel::kError, role.name, hopeless->why);
-      session_.end(hopeless->exit_code);
-      continue;
-    }
-    const std::string delay = std::to_string(role.put_off(now_ns()) / kMs) + " ms";
-    if (&role == &servo_) on_servo_end();
-    session_.log.write(LogLevel::kWarning, role.name,
-                       role.child.how_it_ended(*status) +
-                           (&role == &spare_     ? " while it waited; another one in " + delay
-                            : lacks_device(role) ? "; starting it again when the device is back"
-                                                 : "; starting it again in " + delay));
+    if (reap(role) && &role == &servo_) on_servo_end();
   }
+}
+
+bool Children::reap(Role& role) {
+  const auto status = role.child.ended();
+  if (!status) return false;
+  role.child.write_output(session_.log, role.name);
+  if (const auto hopeless = role.bury(*status)) {
+    session_.log.write(LogLevel::kError, role.name, hopeless->why);
+    session_.end(hopeless->exit_code);
+    return false;
+  }
+  const std::string delay = std::to_string(role.put_off(now_ns()) / kMs) + " ms";
+  session_.log.write(LogLevel::kWarning, role.name,
+                     role.child.how_it_ended(*status) +
+                         (&role == &spare_     ? " while it waited; another one in " + delay
+                          : lacks_device(role) ? "; starting it again when the device is back"
+                                               : "; starting it again in " + delay));
+  return true;
 }
 
 void Children::start_due(int64_t t_ns) {

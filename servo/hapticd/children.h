@@ -8,8 +8,8 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
-#include <vector>
 
 #include "proto/ipc/attachments.h"
 #include "servo/hapticd/child_process.h"
@@ -43,8 +43,9 @@ class Children {
   void start();
   void take_offer(const Announcement& offer);
 
-  /// Adds what poll() is to wait for; returns when the next child is to be started.
-  int64_t wait_for(std::vector<pollfd>& waiting) const;
+  static constexpr size_t kRoles = 4, kWaits = 2 * kRoles;
+  /// Writes what poll() is to wait for; returns when the next child is to be started.
+  int64_t wait_for(std::span<pollfd, kWaits> waiting) const;
   /// Logs what they have said.
   void write_output();
   /// Buries the dead. A servo that is to be followed by another one is told to on_servo_end.
@@ -58,13 +59,15 @@ class Children {
   void report(SessionStatus& status);
 
  private:
-  /// Whether it holds the device's node, as hapticd does.
+  /// True of the servo of a device with a node, which hapticd holds too.
   bool drives(const Role& role) const { return guard_.has_value() && &role == &servo_; }
-  /// Whether its device is gone: it is not started until the device is back.
+  /// True while the device of a servo is gone: it is not started until the device is back.
   bool lacks_device(const Role& role) const { return drives(role) && guard_->node() < 0; }
   int64_t start_time(const Role& role) const;
   void start(Role& role);
   void launch(Role& role);
+  /// Buries a child that has ended; true if another one is to follow it.
+  bool reap(Role& role);
   bool spare_is_ready();
   void watch_device(int64_t t_ns);
 
@@ -72,7 +75,7 @@ class Children {
   const std::string folder_;  // of the programs
   FileDescriptor config_file_;
   std::map<SegmentId, uint64_t> newest_generation_;
-  std::array<Role, 4> roles_;  // in the order of starting
+  std::array<Role, kRoles> roles_;  // in the order of starting
   Role& sim_ = roles_[0];
   Role& contact_ = roles_[1];
   Role& servo_ = roles_[2];

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kUnitQuaternion = 1e-3;  // how far a written one may be from length 1
 
-/// Why a command is not carried out, in one line.
+/// The reason why a command is not carried out, in one line.
 struct Refusal : MessageError {
   using MessageError::MessageError;
 };
@@ -55,7 +55,7 @@ std::string_view take_word(std::string_view& line) {
   return word;
 }
 
-/// What the session lacks for a renderer, given the wanted springs; empty: nothing.
+/// Names the parts that the session lacks for a renderer, given the wanted springs; empty: none.
 std::string lack_with(const Request& request, Renderer renderer) {
   const ControlFrame& wanted = request.wanted;
   const Springs springs{wanted.translational_stiffness, wanted.rotational_stiffness};

@@ -97,8 +97,7 @@ void Commands::keep_fault() {
   servo_frames_.latest(servo_frame_);
   if (servo_frame_.fault == 0) return;
   session_.desired.frame.fault = servo_frame_.fault;
-  ++session_.desired.frame.revision;
-  session_.desired.publish(now_ns());
+  session_.desired.change(now_ns());
 }
 
 SessionStatus Commands::status() {

@@ -16,9 +16,9 @@
 
 namespace haptic {
 
-/// What people ask of a session. A request is received; a question, a stop or a lead is answered at
-/// once; a change is published, and answered when the servo has echoed its revision or a second has
-/// passed.
+/// Takes the requests of people to a session. A request is received; a question, a stop or a lead
+/// is answered at once; a change is published, and answered when the servo has echoed its revision
+/// or a second has passed.
 class Commands {
  public:
   /// Listens. Construct it before attachments.start(). Throws HandoutError.

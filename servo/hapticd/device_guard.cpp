@@ -65,11 +65,8 @@ int DeviceGuard::node_for_servo() {
   for (int64_t waited_ns = 0; next_.load() != nullptr && waited_ns < kLetGoNs; waited_ns += kMs) {
     nanosleep(&turn, nullptr);
   }
-  try {
-    node_ = open_node(kind, path_);
-  } catch (const std::runtime_error&) {
-    try_again_ns_ = 0;  // look() tries again
-  }
+  try_again_ns_ = 0;  // for look(), should it be gone
+  node_ = open_node(kind, path_);
   return node_.get();
 }
 

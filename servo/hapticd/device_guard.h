@@ -19,7 +19,7 @@ class ReleaseSchedule {
   static constexpr int kTimes = 4;
   static constexpr int64_t kApartNs = 5'000'000;
 
-  /// Whether to send now, given whether the servo is dead or silent at present.
+  /// True if the bytes are to be sent now; `helpless`: the servo is dead or silent at present.
   bool is_due(bool helpless, int64_t t_ns);
 
  private:
@@ -45,18 +45,19 @@ class DeviceGuard {
   /// The open node; −1 while the device is gone.
   int node() const { return node_.get(); }
 
-  /// The node for a new servo to inherit; −1 while the device is gone. That of a USB device
-  /// is opened anew for each servo: it would reap the finished transfers of the one before, whose
-  /// data the kernel writes to addresses in the dead one's memory. Waits a little for the thread to
-  /// let go of the old one, whose claim would keep the new servo out.
+  /// The node for a new servo to inherit, while the device is there. That of a USB device is opened
+  /// anew for each servo: it would reap the finished transfers of the one before, whose data the
+  /// kernel writes to addresses in the dead one's memory. Waits a little for the thread to let go
+  /// of the old one, whose claim would keep the new servo out. Throws std::runtime_error if it
+  /// cannot be opened: a servo without it would open one that nobody guards.
   int node_for_servo();
 
   /// Watches this servo from now on.
   void watch(int pidfd, uint64_t generation);
 
   enum class Change { kNone, kGone, kBack };
-  /// To be called regularly: whether the device has gone or come back. After kBack the servo must
-  /// be restarted with the new node.
+  /// Tells of a device that has gone or come back; to be called regularly. After kBack the servo
+  /// must be restarted with the new node.
   Change look(int64_t t_ns);
 
   /// Number of times the device was released because its servo was dead or silent.
@@ -64,7 +65,7 @@ class DeviceGuard {
   const std::string& path() const { return path_; }
 
  private:
-  /// What the thread watches; exchanged as a whole.
+  /// The descriptors that the thread watches, exchanged as a whole.
   struct Watched {
     FileDescriptor node, pidfd;
     uint64_t generation = 0;

@@ -26,8 +26,7 @@ void Leads::look(int64_t t_ns) {
   if (!until_ns_ || t_ns <= *until_ns_) return;
   until_ns_.reset();
   session_.desired.frame.leading = 0;
-  ++session_.desired.frame.revision;
-  session_.desired.publish(t_ns);
+  session_.desired.change(t_ns);
   session_.log.write(LogLevel::kInfo, "hapticd",
                      "nobody leads the hand any more: no command for 200 ms");
 }

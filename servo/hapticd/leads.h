@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-/// Who leads a simulated hand: nobody, or somebody until a time. The servo keeps that time by
+/// Knows until when somebody leads a simulated hand, if anybody does. The servo keeps that time by
 /// itself (servo/lead.h); this keeps the desired state true for those who watch.
 class Leads {
  public:

@@ -32,17 +32,8 @@ std::string rights(const std::array<double, 5>& n) {
   return report.explain();
 }
 
-spdlog::level::level_enum spdlog_level(LogLevel level) {
-  switch (level) {
-    case LogLevel::kInfo:
-      return spdlog::level::info;
-    case LogLevel::kWarning:
-      return spdlog::level::warn;
-    case LogLevel::kError:
-      break;
-  }
-  return spdlog::level::err;
-}
+/// By the numbers of LogLevel.
+constexpr std::array kLevels{spdlog::level::info, spdlog::level::warn, spdlog::level::err};
 
 }  // namespace
 
@@ -109,7 +100,7 @@ void HapticdLog::write(LogLevel level, std::string_view source, const std::strin
   const std::string text =
       json_ ? fmt::format(R"("source":{},"message":{})", json_line(source), json_line(line))
             : fmt::format("{}: {}", source, line);
-  logger_->log(spdlog_level(level), text);
+  logger_->log(kLevels[static_cast<size_t>(level)], text);
 }
 
 void HapticdLog::write_event(std::string_view source, const Event& event) {

@@ -12,14 +12,14 @@ namespace haptic {
 /// it, so that whoever kills it at a steady rate leaves it four fifths of the time.
 int64_t restart_delay_ns(int deaths_in_a_row, int64_t lived_ns);
 
-/// The same for a spare, however long it lived: 1 s, doubled with each death up to 64 s, because
-/// the cause of repeated deaths may pass.
+/// Delay before restarting a spare, however long it lived: 1 s, doubled with each death up to 64 s,
+/// because the cause of repeated deaths may pass.
 int64_t spare_delay_ns(int deaths_in_a_row, int64_t lived_ns);
 
 /// Uptime after which the next death counts as the first [ns].
 inline constexpr int64_t kHealthyNs = 10'000'000'000;
 
-/// Whether the loop of that generation runs, by the header of its segment; null: it is not known
+/// True if the loop of that generation runs, by the header of its segment; null: it is not known
 /// yet.
 bool runs(const SegmentHeader* header, uint64_t generation) noexcept;
 

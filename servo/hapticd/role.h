@@ -14,7 +14,7 @@
 
 namespace haptic {
 
-/// Where the child of a role is in its life. A child that was told to end is in its phase until it
+/// The phase of a child's life. A child that was told to end is in its phase until it
 /// has ended.
 enum class Phase {
   kWaiting,   // there is none: the next one starts at start_at_ns
@@ -38,7 +38,7 @@ struct Role {
     Silence silence = {};
     Pulse pulse = Pulse::kFine;
   };
-  /// Why starting it again cannot help, and hapticd's exit code then.
+  /// The reason why starting it again cannot help, and hapticd's exit code then.
   struct Hopeless {
     int exit_code;
     std::string why;

@@ -13,11 +13,16 @@
 
 namespace haptic {
 
-/// What the session is to do, and the ring that tells its processes.
+/// The state that people want of a session, and the ring that tells its processes.
 struct DesiredState {
   ControlFrame frame;
   SegmentWriter<ControlChannels> segment{1};
 
+  /// Publishes a frame that has changed, by its new revision.
+  void change(int64_t t_ns) {
+    ++frame.revision;
+    publish(t_ns);
+  }
   void publish(int64_t t_ns) {
     frame.t_ns = t_ns;
     segment.channels().frames.publish(frame);
@@ -25,7 +30,7 @@ struct DesiredState {
   }
 };
 
-/// What the parts of hapticd share.
+/// The session that all parts of hapticd work on.
 struct SessionRun {
   const SessionConfig config;
   const std::string config_text;  // the file as read, for those who may control the session

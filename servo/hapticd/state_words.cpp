@@ -1,47 +1,50 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/hapticd/state_words.h"
 
+#include <algorithm>
 #include <array>
-#include <utility>
+#include <iterator>
+#include <string_view>
 
 #include "proto/wire/behind.h"
 
 namespace haptic {
 namespace {
 
-constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
-                                     std::pair{kServoNoContactSet, "waiting for contacts"},
-                                     std::pair{kServoHolding, "holding"},
-                                     std::pair{kServoFading, "fading"},
-                                     std::pair{kServoStale, "contacts stale"},
-                                     std::pair{kServoReopening, "reopening"},
-                                     std::pair{kServoSaturated, "saturated"},
-                                     std::pair{kServoSoftStart, "soft start"},
-                                     std::pair{kServoFault, "FAULT"},
-                                     std::pair{kServoClutched, "clutched"},
-                                     std::pair{kServoPaused, "paused"},
-                                     std::pair{kServoSolverLimit, "solver limit"},
-                                     std::pair{kServoTorqueDropped, "no torque actuators"},
-                                     std::pair{kServoDisarmed, "not armed"},
-                                     std::pair{kServoTooFast, "too fast"},
-                                     std::pair{kServoSlewing, "slewing"},
-                                     std::pair{kServoThermal, "motors warm"},
-                                     std::pair{kServoPassivity, "damped to stay passive"},
-                                     std::pair{kServoWorkspaceEdge, "edge of the workspace"},
-                                     std::pair{kServoNoDevice, "device lost or not homed"},
-                                     std::pair{kServoSoftened, "softened towards a light body"},
-                                     std::pair{kServoForced, "stiffer than the device holds"}};
+/// A flag in a word, and why the hand feels nothing where it is set; empty: it may feel something,
+/// or the fault says why.
+struct FlagRow {
+  uint32_t flag;
+  const char* word;
+  std::string_view no_force = {};
+};
+/// First what keeps the force closed, as people are told of it.
+constexpr FlagRow kFlags[] = {
+    {kServoPaused, "paused", "paused ('hapt resume')"},
+    {kServoDisarmed, "not armed", "not armed ('hapt arm')"},
+    {kServoTooFast, "too fast", "the hand was too fast (hold it still)"},
+    {kServoNoDevice, "device lost or not homed",
+     "the device is lost or not homed (plug it in, calibrate it)"},
+    {kServoNoContactSet, "waiting for contacts", "waiting for contacts"},
+    {kServoStale, "contacts stale", "the contacts are too old (see the log)"},
+    {kServoContact, "contact"},
+    {kServoHolding, "holding"},
+    {kServoFading, "fading"},
+    {kServoReopening, "reopening"},
+    {kServoSaturated, "saturated"},
+    {kServoSoftStart, "soft start"},
+    {kServoFault, "FAULT"},
+    {kServoClutched, "clutched"},
+    {kServoSolverLimit, "solver limit"},
+    {kServoTorqueDropped, "no torque actuators"},
+    {kServoSlewing, "slewing"},
+    {kServoThermal, "motors warm"},
+    {kServoPassivity, "damped to stay passive"},
+    {kServoWorkspaceEdge, "edge of the workspace"},
+    {kServoSoftened, "softened towards a light body"},
+    {kServoForced, "stiffer than the device holds"}};
 
-/// Beside a fault.
-constexpr std::array kNoForce{
-    std::pair{kServoPaused, "paused ('hapt resume')"},
-    std::pair{kServoDisarmed, "not armed ('hapt arm')"},
-    std::pair{kServoTooFast, "the hand was too fast (hold it still)"},
-    std::pair{kServoNoDevice, "the device is lost or not homed (plug it in, calibrate it)"},
-    std::pair{kServoNoContactSet, "waiting for contacts"},
-    std::pair{kServoStale, "the contacts are too old (see the log)"}};
-
-/// By the numbers of Fault.
+/// One line for each Fault, by its number.
 constexpr std::array kReasons{
     "unknown",
     "the device's sample was not finite",
@@ -62,8 +65,9 @@ std::vector<std::string> words_of_flags(uint32_t servo_flags) {
     servo_flags &= ~uint32_t{kServoSoftStart};
   }
   std::vector<std::string> words;
-  for (const auto& [flag, name] : kServoFlagNames) {
-    if ((servo_flags & flag) != 0) words.emplace_back(name);
+  for (uint32_t bit = 1; bit <= servo_flags && bit != 0; bit <<= 1) {
+    const auto* row = std::ranges::find(kFlags, servo_flags & bit, &FlagRow::flag);
+    if (row != std::end(kFlags)) words.emplace_back(row->word);
   }
   for (const BehindRow& row : kBehind) {
     if ((servo_flags & row.flag) != 0) words.emplace_back(row.state);
@@ -90,8 +94,8 @@ std::vector<std::string> reasons_for_no_force(const ServoFrame& frame) {
     reasons.push_back("fault: " + std::string(reason_of(static_cast<Fault>(frame.fault))) +
                       " (mend that, then 'hapt clear-fault')");
   }
-  for (const auto& [flag, reason] : kNoForce) {
-    if ((frame.flags & flag) != 0) reasons.emplace_back(reason);
+  for (const FlagRow& row : kFlags) {
+    if ((frame.flags & row.flag) != 0 && !row.no_force.empty()) reasons.emplace_back(row.no_force);
   }
   return reasons;
 }

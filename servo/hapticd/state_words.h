@@ -16,11 +16,11 @@ std::vector<std::string> words_of_flags(uint32_t servo_flags);
 /// "contact, soft start"; "ok" without flags.
 std::string state_text(uint32_t servo_flags);
 
-/// What was wrong when the force was latched at zero.
+/// Says what was wrong when the force was latched at zero.
 const char* reason_of(Fault fault);
 
-/// Why the hand feels nothing whatever it touches, and what ends that, one entry each. Empty: the
-/// force is open.
+/// Says why the hand feels nothing whatever it touches, and what ends that, one entry each; empty
+/// while the force is open.
 std::vector<std::string> reasons_for_no_force(const ServoFrame& frame);
 
 }  // namespace haptic

@@ -39,7 +39,7 @@ std::string_view renderer_of(const SessionStatus& status) {
   return row_of(static_cast<Renderer>(status.wanted.renderer)).name;
 }
 
-/// Of a renderer of a soft body; empty: it has none to choose.
+/// Names the solver of a renderer of a soft body; empty: there is none to choose.
 std::string_view solver_name(const SessionStatus& status) {
   const auto solver = soft_solver_of(status.wanted.solver);
   const Moves moves = row_of(static_cast<Renderer>(status.wanted.renderer)).moves;

@@ -13,7 +13,7 @@
 
 namespace haptic {
 
-/// What `hapt status` tells about a session.
+/// The answer of `hapt status` about a session.
 struct SessionStatus {
   struct Process {
     std::string name;

@@ -6,11 +6,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstring>
+#include <span>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "proto/ipc/process.h"
 #include "proto/ipc/sessions.h"
@@ -88,10 +89,11 @@ int Supervisor::run() {
 
 /// Waits, and passes on what has come. Returns when it woke.
 int64_t Supervisor::wait_for_work(int64_t until_ns) {
-  std::vector<pollfd> waiting{{session_.server.poll_fd(), POLLIN, 0},
-                              {signals_.get(), POLLIN, 0},
-                              {commands_.poll_fd(), POLLIN, 0}};
-  const int64_t next_start_ns = children_.wait_for(waiting);
+  constexpr size_t kOwn = 3;
+  std::array<pollfd, kOwn + Children::kWaits> waiting{{{session_.server.poll_fd(), POLLIN, 0},
+                                                       {signals_.get(), POLLIN, 0},
+                                                       {commands_.poll_fd(), POLLIN, 0}}};
+  const int64_t next_start_ns = children_.wait_for(std::span(waiting).subspan<kOwn>());
   until_ns = std::min({until_ns, next_start_ns, commands_.next_turn_ns()});
   poll(waiting.data(), waiting.size(), poll_ms(until_ns));
   const int64_t woke_ns = now_ns();

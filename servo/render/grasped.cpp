@@ -9,8 +9,8 @@
 
 #include "proto/math/assert.h"
 #include "proto/wire/renderer.h"
-#include "servo/render/body.h"
-#include "servo/solve/body/virtual_coupling.h"
+#include "servo/render/body_solver.h"
+#include "servo/solve/coupled_body.h"
 #include "servo/solve/guide_rows.h"
 
 namespace haptic {

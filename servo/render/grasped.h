@@ -5,7 +5,7 @@
 
 namespace haptic {
 
-/// What a grasp keeps between ticks.
+/// The state of a grasp between ticks.
 struct GraspState {
   uint32_t object = kMaxObjects;  // kMaxObjects: nothing is held
   double strength = 0;            // 0 to 1
@@ -17,7 +17,7 @@ struct GraspState {
   double force = 0, torque = 0;  // of the hold when nothing stood still last [N], [N·m]
 };
 
-/// What holds the tool in this tick.
+/// The hold on the tool in this tick.
 struct Hold {
   uint32_t object = kMaxObjects;  // kMaxObjects: nothing
   double share = 0;               // of the way to where the rows hold it, by strength and age
@@ -28,13 +28,13 @@ struct Hold {
   bool holds() const { return object < kMaxObjects; }
 };
 
-/// How the object that is held does.
+/// The state of the button and of the object that is held.
 struct HeldBody {
   bool is_wanted = false;  // the button is down
   bool stands = false;     // it has mass, and no sim moves it: what pulls at it would be stored
 };
 
-/// What the guide rows of the contacts hold while the button is down, with the wrench
+/// Holds the tool by the guide rows of the contacts while the button is down, with the wrench
 ///   F = s w [ K (X_P − X_T − slip) + B (V_P − V_T) ],
 /// which pulls as well as pushes, no harder than the device can (safety's limit). The strength s
 /// grows from 0 to 1 within kGraspTime (proto/wire/guide.h) from the first tick on; w is the weight

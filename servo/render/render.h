@@ -7,10 +7,10 @@
 #include "proto/config/config.h"
 #include "proto/config/coupling_margin.h"
 #include "proto/wire/wire.h"
-#include "servo/safety/coupling.h"
 #include "servo/safety/safety.h"
 #include "servo/solve/body/constrained6.h"
 #include "servo/solve/body/soft_proxy.h"
+#include "servo/solve/coupled_body.h"
 #include "servo/solve/point/virtual_proxy.h"
 
 namespace haptic {
@@ -47,7 +47,12 @@ struct RenderQuestion {
   std::optional<SoftSolver> soft_solver;  // in force; none: the session's, or the renderer's own
 };
 
-/// What a renderer makes of a tick, before safety.
+/// A renderer's answer to a tick, before safety, by its solver: a class of any *_solver.h of this
+/// folder that the line in proto/wire/renderers.def names. It is copyable, starts without
+/// arguments, keeps in its members what it needs in the next tick, and has
+///   Rendered render(const ServoModel& model, const RenderQuestion& question,
+///                   ContactSolvers& solvers)
+/// which allocates nothing and never throws.
 struct Rendered {
   Pose X_WP;                  // the proxy
   std::optional<Twist> V_WP;  // where its solver knows it

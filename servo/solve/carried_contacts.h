@@ -42,6 +42,8 @@ struct TickScene {
   uint32_t held = kMaxObjects;  // by the tool (guide rows); kMaxObjects: none
   double held_share = 1;        // of its weight that is left to its soft contacts
 
+  /// The pose of an object; that of the world where there is none of that number.
+  Pose pose_of(uint32_t object) const { return object < kMaxObjects ? X_WO[object] : Pose{}; }
   double soft_weight(uint32_t object) const {
     return object == held ? weight * held_share : weight;
   }

@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// What the objects are made of, for the solvers of all renderers.
+/// The materials of the objects, for the solvers of all renderers.
 struct Materials {
   std::array<MaterialConfig, kMaxObjects> of_object{};
   std::array<HeightImage, kMaxImages> images{};  // of their textures

@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kSimPeriod = 1e-3;  // [s]
 
-/// What is said after `seconds` at 1 kHz, in which of each 100 ticks so many are skipped, and have
-/// late contacts, and sim publishes so many frames.
+/// The flags that are set after `seconds` at 1 kHz, in which of each 100 ticks so many are skipped,
+/// and have late contacts, and sim publishes so many frames.
 uint32_t said_after(int seconds, int skipped, int late, int frames) {
   Pace pace;
   ServoInput input;

@@ -2,7 +2,7 @@
 // Tests for servo/step.cpp and servo/solve/point/point_proxy.cpp on hand-made contacts.
 #include "servo/step.h"
 #include "proto/math/units.h"
-#include "servo/tick.h"
+#include "servo/pushes.h"
 
 #include <limits>
 #include <memory>
@@ -253,11 +253,18 @@ TEST_CASE("servo: nothing is pushed while nothing is felt", "[servo]") {
   CHECK(step_armed(model, state, input).object_impulse_W[0].f.z == before);
 }
 
+TEST_CASE("servo: a force that is no number pushes nothing", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {0, 0, 1e200})});
+  ServoState state;
+  const ServoFrame f = step_armed(plain_model(1000), state, input_at(1, {}, set.get()));
+  CHECK((f.flags & haptic::kServoFault) != 0);
+  CHECK(f.object_impulse_W[0] == haptic::Wrench{});
+}
+
 TEST_CASE("servo: the ticks that it misses push as the last one did, until the device is released",
           "[servo]") {
   const int missed = GENERATE(0, 1, 4, 10, 30);
-  ServoModel model;
-  model.dt = 1e-3;
+  const double dt = 1e-3;
   haptic::PushCounters pushes;
   pushes.since_ns = pushes.t_ns = 1'000'000;
   pushes.impulse_W[0].f = {0, 0, 5e-3};
@@ -269,16 +276,15 @@ TEST_CASE("servo: the ticks that it misses push as the last one did, until the d
     S += 1e-3 * J;
     if (k <= std::min(missed, haptic::kReleaseAfterTicks)) J += 1e-3;
   }
-  haptic::continue_pushes(model, pushes, (missed + 2) * int64_t{1'000'000});
+  haptic::continue_pushes(pushes, (missed + 2) * kMs, true, dt);
   CAPTURE(missed);
   CHECK(pushes.impulse_W[0].f.z == Approx(J));
   CHECK(pushes.impulse_time_W[0].f.z == Approx(S));
   // a body on an arm that holds a place is not pushed meanwhile
-  model.admittance.emplace();
   haptic::PushCounters held;
   held.since_ns = held.t_ns = 1'000'000;
   held.impulse_W[0].f = held.last_W[0].f = {0, 0, 1e-3};
-  haptic::continue_pushes(model, held, (missed + 2) * int64_t{1'000'000});
+  haptic::continue_pushes(held, (missed + 2) * kMs, false, dt);
   CHECK(held.impulse_W[0].f.z == 1e-3);
 }
 

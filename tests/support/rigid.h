@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "servo/solve/body/soft_contact.h"
-#include "servo/solve/body/virtual_coupling.h"
+#include "servo/solve/coupled_body.h"
 #include "tests/support/meshes.h"
 
 namespace haptic::test {

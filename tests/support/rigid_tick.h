@@ -13,19 +13,20 @@
 namespace haptic::test {
 
 /// A touching contact of a tool at X_WG with an object at the origin.
-struct Touch {
+struct TouchPoint {
   Vec3 tool_point_T, normal;
   double gap = 0;
 };
 
 /// A contact set of a renderer whose tool never enters an object.
-inline std::unique_ptr<ContactSet> rigid_set(const Pose& X_WG, const std::vector<Touch>& touches) {
+inline std::unique_ptr<ContactSet> rigid_set(const Pose& X_WG,
+                                             const std::vector<TouchPoint>& touches) {
   auto set = std::make_unique<ContactSet>();
   *set = {};
   set->n_objects = 1;
   set->X_WG = X_WG;
   set->tool = {0.1, {1e-4, 1e-4, 1e-4}, {}, 0.05};
-  for (const Touch& touch : touches) {
+  for (const TouchPoint& touch : touches) {
     Contact& c = set->contacts[set->n_contacts];
     c.tool_point_T = touch.tool_point_T;
     c.object_point_O = X_WG * touch.tool_point_T - touch.gap * touch.normal;
@@ -37,8 +38,8 @@ inline std::unique_ptr<ContactSet> rigid_set(const Pose& X_WG, const std::vector
 }
 
 /// Corners of a square of half side `a`, at z = `bottom` of the tool, on the floor.
-inline std::vector<Touch> corners_on_floor(double a, double bottom, double gap = 0) {
-  std::vector<Touch> touches;
+inline std::vector<TouchPoint> corners_on_floor(double a, double bottom, double gap = 0) {
+  std::vector<TouchPoint> touches;
   for (const double x : {-a, a}) {
     for (const double y : {-a, a}) touches.push_back({{x, y, bottom}, {0, 0, 1}, gap});
   }
@@ -47,14 +48,14 @@ inline std::vector<Touch> corners_on_floor(double a, double bottom, double gap =
 
 /// Contacts all around a tool of this radius: few or many, on a plane, around a peg, some duplicate
 /// or opposite; gaps of at most `reach`.
-inline std::vector<Touch> random_touches(Random& random, double radius, double reach) {
+inline std::vector<TouchPoint> random_touches(Random& random, double radius, double reach) {
   const size_t n = 1 + random.index(random.index(3) == 0 ? kMaxContacts : 8);
   const size_t arrangement = random.index(4);
   const Vec3 axis = random.direction();
-  std::vector<Touch> touches;
+  std::vector<TouchPoint> touches;
   while (touches.size() < n) {
-    Touch t{random.uniform(0, radius) * random.direction(), random.direction(),
-            random.index(2) == 0 ? 0 : random.uniform(0, reach)};
+    TouchPoint t{random.uniform(0, radius) * random.direction(), random.direction(),
+                 random.index(2) == 0 ? 0 : random.uniform(0, reach)};
     if (arrangement == 1) t.normal = axis;
     if (arrangement == 2) t.normal = normalized(cross(axis, t.normal));
     if (!touches.empty() && random.index(5) == 0) t = touches[random.index(touches.size())];
@@ -68,8 +69,8 @@ inline std::vector<Touch> random_touches(Random& random, double radius, double r
 }
 
 /// Two rings of contacts around a peg of 5 mm.
-inline std::vector<Touch> wall_of_hole(double gap) {
-  std::vector<Touch> wall;
+inline std::vector<TouchPoint> wall_of_hole(double gap) {
+  std::vector<TouchPoint> wall;
   for (const double z : {-0.02, 0.02}) {
     for (int i = 0; i < 12; ++i) {
       const Vec3 out{std::cos(30 * i * kDegree), std::sin(30 * i * kDegree), 0};

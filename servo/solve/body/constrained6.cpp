@@ -5,7 +5,7 @@
 
 #include "proto/math/assert.h"
 #include "proto/math/qp.h"
-#include "servo/solve/body/virtual_coupling.h"
+#include "servo/solve/coupled_body.h"
 
 namespace haptic {
 namespace {

@@ -19,7 +19,7 @@ struct ContactSolvers {
   LcpSolver lcp{kMaxContacts};
 };
 
-/// What persists from tick to tick.
+/// The state from tick to tick.
 struct Constrained6State {
   bool started = false;
   BodyMotion body;

@@ -4,7 +4,7 @@
 #include <array>
 #include <optional>
 
-#include "servo/solve/body/rigid_body.h"
+#include "servo/solve/coupled_body.h"
 
 namespace haptic {
 

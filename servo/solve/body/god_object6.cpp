@@ -6,7 +6,7 @@
 
 #include "proto/math/assert.h"
 #include "proto/math/qp.h"
-#include "servo/solve/body/virtual_coupling.h"
+#include "servo/solve/coupled_body.h"
 #include "servo/solve/point/shading.h"
 #include "servo/solve/point/texture.h"
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kTouching = 1e-6;  // nearer to a row than this is on it [m]
 
-/// What this tick is solved from. Motions start from X_WG.
+/// The problem of this tick. Motions start from X_WG.
 struct Problem {
   Coupling coupling;  // with springs that a metric can be made of
   MotionMetric metric;
@@ -60,15 +60,9 @@ struct Answer {
   }
 };
 
-/// Of the object that carried the last proxy, or the world.
-Pose carrier_pose(const GodObject6State& state, const BodyTick& tick) {
-  HAPTIC_ASSERT(state.carrier <= kNoObject);
-  return state.carrier == kNoObject ? Pose{} : tick.X_WO[state.carrier];
-}
-
-/// Where the last proxy is now.
+/// The pose that the last proxy has now.
 Pose last_proxy(const GodObject6State& state, const BodyTick& tick) {
-  return carrier_pose(state, tick) * state.X_CP;
+  return tick.pose_of(state.carrier) * state.X_CP;
 }
 
 void pose_motion_problem(const GodObject6State& state, const BodyTick& tick, Problem& problem) {
@@ -243,7 +237,7 @@ Twist shaded_way(const Materials& materials, const BodyTick& tick, const Problem
   return slide(problem, first.a, all_rows(problem)).a - plain.a;
 }
 
-/// Who carries the proxy, and what slides.
+/// Keeps for the next tick which object carries the proxy, and which materials slide.
 void remember(const BodyTick& tick, const Problem& problem, const Answer& answer, const Pose& X_WP,
               GodObject6State& state) {
   state.slides = {};
@@ -255,11 +249,11 @@ void remember(const BodyTick& tick, const Problem& problem, const Answer& answer
   }
   state.started = true;
   state.carrier = problem.contacts.carrier;
-  state.X_CP = inverse(carrier_pose(state, tick)) * X_WP;
+  state.X_CP = inverse(tick.pose_of(state.carrier)) * X_WP;
 }
 
-/// What the hand feels, within the bounds of the coupling, and which object makes it: shading is
-/// attributed to the contact that pushes hardest.
+/// Sums what the hand feels, within the bounds of the coupling, by the objects that push: shading
+/// is attributed to the contact that pushes hardest.
 void add_force(const Problem& problem, const Answer& felt, const Wrench& shading_W,
                BodySolution& out) {
   const Wrench F = felt.F_W + shading_W;
@@ -283,7 +277,7 @@ void add_force(const Problem& problem, const Answer& felt, const Wrench& shading
   push(object, shading_W);
 }
 
-/// Of the proxy, since the last tick.
+/// The velocity of the proxy since the last tick.
 Twist velocity_of(const GodObject6State& state, const BodyTick& tick, const Pose& X_WP) {
   if (!state.started) return {};
   const Twist way = way_between(last_proxy(state, tick), X_WP);

@@ -23,7 +23,7 @@ struct GodObject6State {
 /// So the force lies in the cone of the contacts, and without one it is zero and X_WP is the hand,
 /// both exactly. It is shortened where it exceeds max_force or max_torque, force and torque alike,
 /// so that it stays in the cone. Contacts that come or go change it at once: the step of force that
-/// the hand feels is rate-limited afterwards (servo/render/felt_step.h).
+/// the hand feels is rate-limited afterwards (servo/render/body_solver.h).
 ///
 /// Damping moves each touching row by its own damped velocity, n·(b V)(r)/k: the sum stays in the
 /// cone and never pulls. Friction: with last tick's proxy P (moved with its object, put onto the

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "servo/solve/body/soft_contact.h"
-#include "servo/solve/body/virtual_coupling.h"
+#include "servo/solve/coupled_body.h"
 
 namespace haptic {
 

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "proto/math/motion_metric.h"
-#include "servo/solve/body/rigid_body.h"
+#include "servo/solve/coupled_body.h"
 #include "servo/solve/materials.h"
 
 namespace haptic {
@@ -23,14 +23,13 @@ struct RigidContact : CarriedContact {
   Twist V_W;  // of the object, at the tool's origin
 };
 
-/// Not finite where the hand is not, too.
+/// The contacts of a tick. `finite` is false also where the hand is not finite.
 struct RigidContacts : ContactsNow<RigidContact> {
   Pose X_WG;                     // carried along with `carrier`
   uint32_t carrier = kNoObject;  // the object of the first contact
 };
 
-/// Which of a material's two ratios of friction is in force: that of sliding where it slid in the
-/// last tick.
+/// Tells of each material whether it slid in the last tick, where its ratio of sliding is in force.
 using Slides = std::array<bool, kMaxObjects>;
 
 /// Twist of an object at a place; none of the world.
@@ -60,8 +59,8 @@ MotionRow row_of(const RigidContact& contact, const Vec3& about_W);
 /// the motion, the force fades with the share.
 MotionRow eased(MotionRow row, const Twist& motion, double share);
 
-/// Whether a contact slips: how fast its point moves beside the normal [m/s], relative to the
-/// object.
+/// True if a contact slips whose point has this velocity relative to the object [m/s]: it moves
+/// beside the normal.
 bool is_sliding(const RigidContact& contact, const Vec3& velocity_W);
 
 }  // namespace haptic

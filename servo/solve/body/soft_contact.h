@@ -4,7 +4,7 @@
 #include <optional>
 #include <span>
 
-#include "servo/solve/body/rigid_body.h"
+#include "servo/solve/coupled_body.h"
 #include "servo/solve/carried_contacts.h"
 
 namespace haptic {

@@ -17,7 +17,7 @@ struct SoftProxyModel {
   double max_travel = 0;
 };
 
-/// What persists from tick to tick.
+/// The state from tick to tick.
 struct SoftProxyState {
   bool started = false;
   ToolMotion proxy;

@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// What persists from tick to tick.
+/// The state from tick to tick.
 struct VirtualProxyState {
   FrictionState friction;
   Vec3 held_back_W;                             // by friction

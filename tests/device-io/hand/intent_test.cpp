@@ -39,7 +39,7 @@ void add_bits(uint64_t& hash, std::initializer_list<double> numbers) {
   }
 }
 
-/// Of the positions and velocities; `turns`: of the orientations and angular velocities.
+/// Hash of the positions and velocities; `turns`: of the orientations and angular velocities.
 uint64_t hash_of(const IntentConfig& config, uint64_t seed, bool turns = false) {
   uint64_t hash = 14695981039346656037u;
   for (int i = 0; i < 5000; ++i) {

@@ -30,7 +30,8 @@ std::vector<HaplyAnswer> read_all(HaplyReader& reader, const Bytes& stream) {
   return all;
 }
 
-/// As a board sends it: by the memory of this machine, which is little-endian as the board's.
+/// The bytes as a board sends them: by the memory of this machine, which is little-endian as the
+/// board's.
 Bytes answer_of(uint8_t number, float first, float second) {
   Bytes bytes{number, kHaplyDevice};
   for (const float value : {first, second}) {

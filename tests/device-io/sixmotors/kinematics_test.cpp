@@ -27,7 +27,7 @@ Pose pose_of(const MotorCounts& counts) {
   return kDevice.pose(kDevice.angles(counts));
 }
 
-/// What a turned handle does to its three axes, checked vector by vector.
+/// Checks vector by vector that a turned handle turns its three axes.
 void check_axes(const MotorCounts& counts, const Vec3& x_B, const Vec3& z_B) {
   const Quat q = pose_of(counts).q;
   CAPTURE(counts[0], counts[2], counts[3], counts[4], counts[5]);

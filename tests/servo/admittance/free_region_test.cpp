@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a set of contacts proves free for a point, in a corner of two planes that is written out.
+// Tests for servo/admittance/free_region.cpp: the region that a set proves free for a point, in a
+// corner of two planes that is written out.
 #include "servo/admittance/free_region.h"
 
 #include "tests/support/meshes.h"

@@ -2,6 +2,7 @@
 // Tests for servo/hapticd/device_guard.cpp with a device of umockdev that comes back as another
 // node.
 #include <catch2/catch.hpp>
+#include <filesystem>
 
 #include "proto/config/devices.h"
 #include "proto/ipc/handout_server.h"
@@ -59,6 +60,24 @@ TEST_CASE("device guard: a device that was unplugged is found at its new node, n
   CHECK(next_change(guard, t_ns) == DeviceGuard::Change::kBack);
   CHECK(guard.path() == "/dev/hidraw7");
   CHECK(guard.node() >= 0);
+}
+
+TEST_CASE("device guard: a servo is given no node of a USB device that is gone") {
+  test::PluggedBed bed;
+  const BedDevice falcon{"1-1", "0403", "cb48", "", "", "Falcon"};
+  const std::string node = bed.plug_usb(falcon, "004");
+  const test::TemporaryRuntimeFolder folder;
+  HandoutServer server("gone");
+  const auto attachments = std::make_unique<Attachments>(connect_session("gone"));
+  SessionConfig config{};
+  config.device.kind = DeviceKind::kFalcon;
+  DeviceGuard guard(config, *attachments);
+  CHECK(guard.node_for_servo() >= 0);
+  guard.watch(-1, 1);  // a first servo, which has used the node
+  bed.unplug(falcon);
+  std::filesystem::remove(bed.root() + node);
+  CHECK_THROWS_WITH(guard.node_for_servo(), Catch::Contains(node));
+  CHECK(guard.node() < 0);
 }
 
 }  // namespace haptic

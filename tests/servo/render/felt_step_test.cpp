@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/render/felt_step.cpp. Truth: closed forms, projections onto convex bodies,
+// Tests for servo/render/body_solver.cpp. Truth: closed forms, projections onto convex bodies,
 // the same motion seen from a frame that turns.
-#include "servo/render/felt_step.h"
+#include "servo/render/body_solver.h"
 #include "proto/math/units.h"
 
 #include "tests/support/meshes.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/render/soft_solver.cpp: ticks of a 6-DoF tool on hand-made contacts.
+// Tests for servo/render/body_solver.cpp: ticks of a 6-DoF tool on hand-made contacts.
 #include <limits>
 #include <memory>
 
@@ -111,7 +111,7 @@ TEST_CASE("servo: what was felt before direct6 does not limit the force after it
     // both are rendered by the same function
     if (k == 20) now.renderer = static_cast<uint32_t>(haptic::Renderer::kDirect6);
     step_armed(model, state, input_at(k, {0, 0, -1e-3}, &now));
-    CHECK(std::get<haptic::SoftProxySolver>(state.render.solver).continuity.started == (k < 20));
+    CHECK(std::get<haptic::SoftProxySolver>(state.render.solver).felt.started == (k < 20));
   }
 }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/render/rigid_solver.cpp: ticks of a tool that never enters an object, on
+// Tests for servo/render/body_solver.cpp: ticks of a tool that never enters an object, on
 // hand-made contacts.
 #include <limits>
 
 #include "proto/math/units.h"
 #include "proto/wire/renderer.h"
-#include "servo/render/felt_step.h"
+#include "servo/render/body_solver.h"
 #include "tests/support/near.h"
 #include "tests/support/rigid_tick.h"
 #include "tests/support/servo_tick.h"

@@ -34,14 +34,14 @@ struct Wrist {
     }
   }
   double depth() const { return std::max(0.0, kDepth + kLever * std::sin(angle)); }
-  /// Of the block on the handle: the force at the tool, and its torque by the lever.
+  /// The wrench of the block on the handle: the force at the tool, and its torque by the lever.
   Wrench wall() const {
     const double force = kSpringStiffness * depth();
     return {{0, 0, force}, {0, -kLever * std::cos(angle) * force, 0}};
   }
 };
 
-/// What one tick was told and did.
+/// The input and the output of one tick.
 struct Tick {
   Wrench felt;
   Wrench wall;        // of the block where the device said the handle is
@@ -51,7 +51,7 @@ struct Tick {
   uint32_t fault = 0, flags = 0;
 };
 
-/// What is promised of a half of the wrench.
+/// The promise of a half of the wrench.
 struct FaultHalf {
   const char* name;
   Vec3 Wrench::*of;
@@ -137,7 +137,8 @@ class Session {
   int64_t t_ns_ = 0;
 };
 
-/// What holds in every tick, with or without a fault: the first promise that is broken.
+/// Names the first promise that is broken of those that hold in every tick, with or without a
+/// fault.
 std::string broken_always(const std::vector<Tick>& ticks) {
   for (size_t i = 1; i < ticks.size(); ++i) {
     for (const FaultHalf& half : kHalves) {
@@ -154,7 +155,7 @@ std::string broken_always(const std::vector<Tick>& ticks) {
   return {};
 }
 
-/// Whether both halves are the block's, times the gain, within what the passivity controller may
+/// True if both halves are the block's, times the gain, within what the passivity controller may
 /// add.
 bool is_wall(const Tick& tick) {
   return std::all_of(std::begin(kHalves), std::end(kHalves), [&](const FaultHalf& half) {

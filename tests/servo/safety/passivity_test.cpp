@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/safety/passivity.cpp against identities, and with a sampled wall hit by a mass:
+// Tests for servo/safety/safety.cpp against identities, and with a sampled wall hit by a mass:
 // what holds for moving holds for turning, and both have one energy.
-#include "servo/safety/passivity.h"
 
 #include <random>
 #include <vector>
@@ -24,7 +23,7 @@ struct Port {
   PassivityInput input;
   int64_t tick = 0;
 
-  /// Of one axis, along which it moves, or about which it turns with the same figures.
+  /// A port of one axis, along which it moves, or about which it turns with the same figures.
   static Port of_axis(bool turning, double damping) {
     Port port(0, 0);
     port.turning = turning;

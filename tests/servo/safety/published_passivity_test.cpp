@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "proto/math/units.h"
-#include "servo/safety/passivity.h"
+#include "servo/safety/safety.h"
 #include "tests/support/near.h"
 
 using namespace haptic;

@@ -387,8 +387,7 @@ TEST_CASE("safety: whatever is asked for, no tick grows by more than slew and ha
   handle.limits.slew = lever > 0 ? 500 : 2000;
   handle.limits.torque_slew = 15;
   handle.input.stiffness = {stiffness, lever * stiffness, rotational, lever};
-  handle.input.surface_velocity_B = {0.1, 0, 0};
-  handle.input.surface_turning_B = {0, 2, 0};
+  handle.input.surface_B = {{0.1, 0, 0}, {0, 2, 0}};
   handle.tick();
   Wrench last;
   double strongest = 0, hardest = 0;

@@ -34,7 +34,7 @@ Contact row_of(const Pose& X_OT, const Vec3& point_T, const Vec3& normal_O, uint
   return row;
 }
 
-/// Of the six rows that fix a body, some.
+/// Some of the six rows that fix a body.
 ContactSet rows_of(Random& random, const Pose& X_OT, uint32_t n) {
   constexpr std::array<Vec3, 3> kAxes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   const Vec3 centre_T = random.vector(0.05);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/solve/body/constrained6.h"
-#include "servo/solve/body/virtual_coupling.h"
+#include "servo/solve/coupled_body.h"
 
 #include "proto/math/lcp.h"
 #include "proto/wire/renderer.h"
@@ -108,7 +108,7 @@ TEST_CASE("constrained6: the step without friction is that of the complementarit
     const BodySolution out = loop.hold(X_WG, *rigid_set(X_WG, touches));
     REQUIRE(out.converged);
     std::vector<MotionRow> rows;
-    for (const Touch& t : touches) {
+    for (const TouchPoint& t : touches) {
       MotionRow row = contact_row(rotate(X_WG.q, t.tool_point_T), t.normal, t.gap, 1);
       row.b /= kH;
       rows.push_back(row);
@@ -169,7 +169,7 @@ TEST_CASE("constrained6: pivoting leads the body as the solver of friction does 
 
 TEST_CASE("constrained6: where pivoting finds no answer the other solver does", "[servo][trap]") {
   // one place held from both sides, by directions too near to tell apart
-  std::vector<Touch> touches;
+  std::vector<TouchPoint> touches;
   for (int i = 0; i < 20; ++i) {
     const Vec3 n = normalized(Vec3{1e-6 * i, 0, 1});
     touches.push_back({{0, 0, -0.02}, n, 0});

@@ -41,7 +41,7 @@ TEST_CASE("god-object6: a cube on one edge and on four corners", "[servo]") {
   CHECK_THAT(out.F_hand_W.t, IsNear({0, 0, 0.2}, 1e-12));
   CHECK(out.n_pushing == 1);
 
-  std::vector<Touch> bottom;
+  std::vector<TouchPoint> bottom;
   for (const double x : {-0.5, 0.5}) {
     for (const double z : {-0.5, 0.5}) bottom.push_back({{x, -0.5, z}, {0, 1, 0}, 0});
   }
@@ -105,7 +105,7 @@ TEST_CASE("god-object6: the force lies in the cone of the contacts", "[servo]") 
     REQUIRE(out.converged);
     std::vector<MotionRow> rows;
     const Twist a = way_between(X_WG, out.proxy.X_WT);
-    for (const Touch& t : touches) {
+    for (const TouchPoint& t : touches) {
       const Vec3 r = rotate(X_WG.q, t.tool_point_T);
       rows.push_back(contact_row(r, t.normal, t.gap, 1));
       REQUIRE(dot(rows.back().J, a) - rows.back().b >= -1e-12);

@@ -3,9 +3,11 @@
 
 #include <array>
 
-#include "proto/math/motion_metric.h"
-#include "proto/wire/wire.h"
+#include "servo/render/render.h"
+#include "servo/solve/body/god_object6.h"
 
+/// The solvers of a tool with six degrees of freedom: the contacts at this tick, the proxy, the
+/// coupling's wrench, and the step of it that the hand feels.
 namespace haptic {
 
 /// Largest rate at which the force changes apart from the hand's own motion [N/s]: half a newton a
@@ -15,8 +17,8 @@ namespace haptic {
 /// force of an edge that the hand has already left.
 inline constexpr double kMostForceRate = 500;
 
-/// What one tick keeps for the next: the wrench that the hand felt and where it held the tool, seen
-/// from the object that carried it.
+/// The memory of limit_felt_step between ticks: the wrench that the hand felt and where it held the
+/// tool, seen from the object that carried it.
 struct FeltStep {
   bool started = false;
   uint32_t carrier = kMaxObjects;  // kMaxObjects: the world
@@ -42,5 +44,32 @@ struct WantedForce {
 /// space at rest that is convex never reaches the limit, at any speed of the hand.
 Wrench limit_felt_step(FeltStep& state, const WantedForce& step,
                        const std::array<Pose, kMaxObjects>& X_WO);
+
+/// The tool that contact has baked, else the session's.
+const ToolBody& tool_in_force(const ServoModel& model, const ContactSet& contacts);
+
+/// The god-object of a tool that never enters an object.
+struct GodObject6Solver {
+  Rendered render(const ServoModel& model, const RenderQuestion& question, ContactSolvers& solvers);
+
+  GodObject6State state;
+  FeltStep felt;
+};
+
+/// A body with mass that never enters an object.
+struct Constrained6Solver {
+  Rendered render(const ServoModel& model, const RenderQuestion& question, ContactSolvers& solvers);
+
+  Constrained6State state;
+  FeltStep felt;
+};
+
+/// The proxy of a tool that may enter objects, by the session's solver.
+struct SoftProxySolver {
+  Rendered render(const ServoModel& model, const RenderQuestion& question, ContactSolvers& solvers);
+
+  SoftProxyState state;
+  FeltStep felt;
+};
 
 }  // namespace haptic

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/safety/coupling.cpp.
-#include "servo/safety/coupling.h"
+// Tests for servo/solve/coupled_body.cpp and the ramp of servo/tick.cpp.
+#include "servo/solve/coupled_body.h"
+#include "servo/tick.h"
 
 #include "tests/support/near.h"
 

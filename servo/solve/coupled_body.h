@@ -7,12 +7,29 @@
 #include "proto/wire/wire.h"
 #include "servo/solve/carried_contacts.h"
 
+/// The virtual coupling between the hand and its proxy, a point or a tool as a rigid body; and the
+/// tick as a solver of a body is asked about it.
 namespace haptic {
+
+/// Force of the virtual coupling on the tool of a massless 3-DoF proxy, at the tool's origin, in W:
+///   f = max(k_T |s| + share b_T (v_P − v_T)·ŝ, 0) ŝ,  s = x_P − x_T,  ŝ = s/|s|
+/// The damper acts along the spring only: it brakes the stretching and never drags sideways. The
+/// force never pushes the tool away from the proxy. Sources: Colgate, Stanley, Brown 1995; damping
+/// as in Zilles & Salisbury 1995. The port is passive for device damping b > s·φ·k_T·dt/2 + s·φ·b_T
+/// (Colgate & Schenkel 1997).
+struct CouplingInput {
+  Vec3 tool_W;
+  Vec3 proxy_W;
+  Vec3 tool_velocity_W;
+  Vec3 proxy_velocity_W;
+  double share = 1;  // of the damper, 0 to 1: it must fade along with the spring
+};
+Vec3 coupling_force(const Coupling& coupling, const CouplingInput& input);
 
 /// Stands for a tool that contact has not described yet: a ball of 5 cm and 100 g.
 inline constexpr ToolBody kUnknownTool{0.1, {1e-4, 1e-4, 1e-4}, {}, 0.05};
 
-/// Where a tool is and how it moves, as a rigid body. Frame C: origin at its centre of mass, axes
+/// Pose and velocity of a tool as a rigid body. Frame C: origin at its centre of mass, axes
 /// of the tool frame T.
 struct BodyMotion {
   Pose X_WC;
@@ -88,5 +105,34 @@ inline LimitedMotion limit_travel(const Twist& motion, double radius, double tra
   const double share = travel / most;
   return {{share * motion.v, share * motion.w}, true};
 }
+
+/// The coupling with springs that a metric can be made of, for a tool of this radius [m].
+Coupling with_least_springs(Coupling coupling, double radius);
+
+/// diag(k_T, k_R), factored; none of them may be zero.
+MotionMetric spring_metric(const Coupling& coupling);
+
+/// Wrench of the coupling on the proxy about its centre of mass C, in W, with its Jacobians:
+///   f = sat(k_T s) + b_T (v_T − v_P),  s = x_T − x_P between the two tool origins,
+///   τ = sat(k_R θ) + b_R (ω_T − ω_P),  θ the rotation vector of R_T R_Pᵀ along the shorter arc,
+/// f acting at the proxy's tool origin; sat bounds the length. Colgate, Stanley, Brown 1995;
+/// McNeely, Puterbaugh, Troy 1999 (saturation).
+BodyWrench coupling_wrench(const Coupling& coupling, const ToolBody& body, const ToolMotion& hand,
+                           const BodyMotion& proxy);
+
+/// As coupling_wrench, but the Jacobian by motion is symmetric and negative semidefinite, for
+/// solvers that need a metric: derivatives of the lever arm and of the springs' directions by
+/// rotation are left out.
+BodyWrench symmetric_coupling_wrench(const Coupling& coupling, const ToolBody& body,
+                                     const ToolMotion& hand, const BodyMotion& proxy);
+
+/// Energy stored in the springs [J], the same as coupling_wrench gives.
+double coupling_energy(const Coupling& coupling, const ToolMotion& hand, const ToolMotion& proxy);
+
+/// Wrench the hand feels: −f and −τ, at the origin of the tool as the hand holds it. The springs' f
+/// lies along the line between the two origins, so shifting it there adds no moment; the small
+/// moment of the damper across that line is neglected. Exactly zero where both coincide and move as
+/// one.
+Wrench wrench_on_hand(const Coupling& coupling, const ToolMotion& hand, const ToolMotion& proxy);
 
 }  // namespace haptic

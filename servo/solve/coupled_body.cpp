@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "servo/solve/body/virtual_coupling.h"
+#include "servo/solve/coupled_body.h"
 
 #include <algorithm>
 #include <cmath>
@@ -82,6 +82,18 @@ CentralTerms terms_about_centre(const Coupling& coupling, const ToolBody& body,
 }
 
 }  // namespace
+
+Vec3 coupling_force(const Coupling& coupling, const CouplingInput& input) {
+  const Vec3 stretch_W = input.proxy_W - input.tool_W;
+  const double length = norm(stretch_W);
+  if (length == 0) return {};
+  if (coupling.translational_damping == 0) return coupling.translational_stiffness * stretch_W;
+  const Vec3 along_W = stretch_W / length;
+  const double closing = dot(input.proxy_velocity_W - input.tool_velocity_W, along_W);
+  const double force = coupling.translational_stiffness * length +
+                       input.share * coupling.translational_damping * closing;
+  return std::max(force, 0.0) * along_W;
+}
 
 Coupling with_least_springs(Coupling coupling, double radius) {
   double& k = coupling.translational_stiffness;

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/touch.h"
+
+#include <algorithm>
+#include <type_traits>
+
+#include "proto/math/assert.h"
+#include "proto/wire/mapping.h"
+#include "proto/wire/scene_pose.h"
+
+namespace haptic {
+namespace {
+
+constexpr size_t kMostOfSolver = 16 * 1024;  // [bytes]: the state of a servo stays in its cache
+
+/// The objects in this tick: the newest scene carried on by twist and pushes, else where contact
+/// saw them.
+TickScene scene_of(const ServoState& state, const ServoInput& input, double weight) {
+  TickScene scene;
+  scene.weight = weight;
+  if (input.contacts != nullptr) scene.X_WO = input.contacts->X_WO;
+  if (input.scene == nullptr) return scene;
+  const PushCounters& pushes = state.pushes;
+  const HandPush push{kFirstHand, pushes.t_ns, pushes.since_ns, pushes.impulse_W,
+                      pushes.impulse_time_W};
+  for (uint32_t i = 0; i < std::min(input.scene->n_objects, kMaxObjects); ++i) {
+    const UnseenPush unseen = unseen_push(*input.scene, i, input.t_ns, push);
+    scene.X_WO[i] = object_pose_at(*input.scene, i, input.t_ns, unseen);
+    scene.V_WO[i] = object_twist_at(*input.scene, i, input.t_ns, unseen);
+  }
+  return scene;
+}
+
+/// Looks at the button of a grasp and at the object that is held.
+HeldBody held_body(const ServoModel& model, const ServoState& state, const ServoInput& input) {
+  HeldBody body;
+  body.is_wanted =
+      is_pressed(input.device, model.map.grasp_button) && !state.clutch.held && !model.admittance;
+  const uint32_t object = state.grasp.object;
+  if (input.scene == nullptr || object >= kMaxObjects) return body;
+  const PushCounters& pushes = state.pushes;
+  body.stands = is_mobile(*input.scene, object) &&
+                !takes_pushes(*input.scene, kFirstHand, pushes.since_ns, pushes.t_ns);
+  return body;
+}
+
+template <class Solver>
+Rendered rendered_with(const ServoModel& model, const RenderQuestion& question,
+                       RenderState& state) {
+  // begun and dropped within a tick: it must neither allocate nor throw
+  static_assert(std::is_nothrow_default_constructible_v<Solver> &&
+                std::is_trivially_copyable_v<Solver> && sizeof(Solver) <= kMostOfSolver);
+  auto* solver = std::get_if<Solver>(&state.solver);
+  if (solver == nullptr) solver = &state.solver.emplace<Solver>();
+  return solver->render(model, question, state.contact_solvers);
+}
+
+/// Asks the solver of a renderer. Another one than in the last tick begins anew.
+Rendered rendered_by(Renderer renderer, const ServoModel& model, const RenderQuestion& question,
+                     RenderState& state) {
+  switch (renderer) {
+#define RENDERER(id, name, detector, solver, ...) \
+  case Renderer::id:                              \
+    return rendered_with<solver>(model, question, state);
+#include "proto/wire/renderers.def"
+  }
+  HAPTIC_ASSERT(false);
+  return {};
+}
+
+/// The answer of the contacts' renderer. What the hand holds draws the tool that is rendered, and
+/// pulls beside.
+Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInput& input,
+                     const Tool& tool, const Coupling& coupling, Touch& touch) {
+  // nothing is known of what a detector without a name has found
+  const RendererRow* renderer = renderer_of(input.contacts);
+  if (renderer == nullptr) {
+    Rendered none;
+    none.X_WP = tool.X_WT;
+    return none;
+  }
+  RenderQuestion question{*input.contacts, touch.scene,  coupling,   tool.X_WT,
+                          tool.V_WT,       std::nullopt, input.t_ns, state.soft_solver};
+  if (state.started) question.X_WT_before = state.X_WT;
+  const Hold hold = hold_of(model, state.grasp, question, held_body(model, state, input));
+  draw_tool(hold, state.grasp, question, touch.scene);
+  Rendered rendered = rendered_by(renderer->id, model, question, state.render);
+  add_hold(hold, question, rendered);
+  // the body of an admittance device stops where the scene does: all that it loses is the object's
+  if (!model.admittance &&
+      soften_towards_light(model, question, input.scene, state.light, rendered)) {
+    touch.flags |= kServoSoftened;
+  }
+  return rendered;
+}
+
+/// The proxy's velocity where its solver does not know it: its way since the last tick.
+Twist velocity_since(const ServoState& state, const Pose& X_WP, int64_t t_ns) {
+  const double since = static_cast<double>(t_ns - state.t_ns) * 1e-9;
+  if (!state.started || since <= 0) return {};
+  return {(X_WP.p - state.X_WP.p) / since, {}};
+}
+
+}  // namespace
+
+Touch touch_of(const ServoModel& model, ServoState& state, const ServoInput& input,
+               const Tool& tool, const Coupling& coupling, double weight) {
+  Touch touch;
+  touch.scene = scene_of(state, input, weight);
+  touch.coupling = coupling;
+  touch.rendered = solve_proxy(model, state, input, tool, coupling, touch);
+  const Rendered& rendered = touch.rendered;
+  if (!rendered.converged) touch.flags |= kServoSolverLimit;
+  if (rendered.n_pushing > 0) touch.flags |= kServoContact;
+  touch.V_WP = rendered.V_WP ? *rendered.V_WP : velocity_since(state, rendered.X_WP, input.t_ns);
+  touch.depth = norm(rendered.X_WP.p - tool.X_WT.p);
+  return touch;
+}
+
+}  // namespace haptic
