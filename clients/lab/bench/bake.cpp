@@ -96,9 +96,9 @@ void bench_cache(Rows& rows, const MeshShape& shape, int rounds) {
             kGoalMapped);
 }
 
-std::vector<Row> all_rows(const Options& options) {
+void all_rows(const Options& options, const Rows& all) {
   const WorkloadMesh work = make_nano_surface(options.n);
-  Rows rows = machine_rows(work.name);
+  Rows rows = all.machine(work.name);
   const MeshData mesh = build_mesh(work.soup.vertices, work.soup.triangles);
   const auto triangles = static_cast<double>(mesh.triangles.size());
   rows.add("triangles", triangles);
@@ -118,7 +118,6 @@ std::vector<Row> all_rows(const Options& options) {
             {"patch tree, bytes a triangle", patches},
             {"trees and grid, bytes a triangle", tree + grid + patches, "", at_most(kGoalBytes)}});
   bench_cache(rows, shape, options.rounds);
-  return rows.rows();
 }
 
 }  // namespace
@@ -131,7 +130,7 @@ Measured bench_bake(Command& command) {
       .range(2, 2000)
       .show_default();
   add_rounds(command, options->rounds, "the fastest counts");
-  return [options] { return all_rows(*options); };
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

@@ -73,7 +73,7 @@ std::vector<JitterRound> measure(const Options& options) {
   return rounds;
 }
 
-std::vector<Row> all_rows(const Options& options) {
+void all_rows(const Options& options, const Rows& all) {
   const std::vector<JitterRound> rounds = measure(options);
   const std::string problem = peer_problem_of(rounds);
   if (!problem.empty()) std::cerr << "hapt: " << problem << '\n';
@@ -81,7 +81,7 @@ std::vector<Row> all_rows(const Options& options) {
   if (rights.fifo_errno != 0) {
     std::cerr << "hapt: " << rights.explain() << "; no goal is applied\n";
   }
-  return make_jitter_rows(rounds).rows();
+  add_jitter_rows(rounds, all);
 }
 
 }  // namespace
@@ -97,7 +97,7 @@ Measured bench_jitter(Command& command) {
                 "of each window, rounded up to whole seconds", "s")
       .show_default();
   command.option("--core", options->core, "on which they all run").show_default("the last allowed");
-  return [options] { return all_rows(*options); };
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

@@ -108,8 +108,9 @@ const Course& course_named(const std::vector<Course>& courses, Renderer renderer
                        [&](const Course& c) { return c.renderer == renderer; });
 }
 
-std::vector<Row> run_pair(const LodPair& pair, const BakedSession& baked, const Options& options) {
-  Rows rows(pair.name);
+void run_pair(const LodPair& pair, const BakedSession& baked, const Options& options,
+              const Rows& all) {
+  Rows rows = all.of(pair.name);
   const size_t triangles =
       baked.objects[0].shape.mesh.triangles.size() + baked.tool->shape.mesh.triangles.size();
   rows.add("triangles of both", triangles);
@@ -149,18 +150,16 @@ std::vector<Row> run_pair(const LodPair& pair, const BakedSession& baked, const 
              at_least(goal_if(is_judged, kGoalFaster))},
             {"direct6 (every triangle) over sensation, mean CPU",
              mean_of(triangle.times) / mean_of(sensation.times)}});
-  return rows.rows();
 }
 
-std::vector<Row> run(const Options& options) {
-  Rows rows = machine_rows("contact levels of detail");
+void run(const Options& options, const Rows& all) {
+  Rows rows = all.machine("contact levels of detail");
   rows.add("threshold of sensation", options.threshold, "m");
   for (const std::string& name : options.pairs) {
     LodPair pair = make_lod_pair(name);
     pair.config.pieces.threshold = options.threshold;
-    rows.append(run_pair(pair, bake_session(pair.config), options));
+    run_pair(pair, bake_session(pair.config), options, all);
   }
-  return rows.rows();
 }
 
 }  // namespace
@@ -177,7 +176,7 @@ Measured bench_lod(Command& command) {
       .show_default();
   command.quantity("--threshold", options->threshold, Dimension::kLength, {0, 10e-3},
                    "haptic error beyond which sensation refines", "m");
-  return [options] { return run(*options); };
+  return measured(run, options);
 }
 
 }  // namespace haptic

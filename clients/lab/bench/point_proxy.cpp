@@ -115,8 +115,8 @@ Watched watch_steps(const ContactModel& model, std::span<const ServoFrame> frame
   return watched;
 }
 
-std::vector<Row> bench_one(const std::string& name, const MeshShape& shape, double radius,
-                           const Options& options) {
+void bench_one(const std::string& name, const MeshShape& shape, double radius,
+               const Options& options, const Rows& all) {
   const ToolPath path = make_eval_work(name, radius).path;
   const std::vector<ServoFrame> frames = questions(path, options.ticks);
   SessionConfig config = plain_session(1000);
@@ -125,7 +125,7 @@ std::vector<Row> bench_one(const std::string& name, const MeshShape& shape, doub
   const Histogram times = time_steps(model, frames, options.repetitions);
   const Watched watched = watch_steps(model, frames);
 
-  Rows rows("virtual-proxy3, radius " + readable(radius, "m") + ", on " + name);
+  Rows rows = all.of("virtual-proxy3, radius " + readable(radius, "m") + ", on " + name);
   rows.note("work", name + ", radius " + readable(radius, "m"));
   const size_t triangles = shape.mesh.triangles.size();
   rows.add("triangles", triangles);
@@ -134,18 +134,16 @@ std::vector<Row> bench_one(const std::string& name, const MeshShape& shape, doub
             {"steps cut short", watched.limited},
             {"answers truncated", watched.truncated},
             {"allocations", watched.allocated, "", kMustBeZero}});
-  return rows.rows();
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("point-proxy");
+void all_rows(const Options& options, const Rows& all) {
+  all.machine("point-proxy");
   for (const std::string& name : options.meshes) {
     const MeshShapeData mesh = build_shape(make_eval_work(name, 0).soup);
     for (const double radius : options.radii) {
-      rows.append(bench_one(name, mesh.view(), radius, options));
+      bench_one(name, mesh.view(), radius, options, all);
     }
   }
-  return rows.rows();
 }
 
 }  // namespace
@@ -167,7 +165,7 @@ Measured bench_point_proxy(Command& command) {
   command.option("--repetitions", options->repetitions, "the fastest of each tick counts")
       .range(1, 100)
       .show_default();
-  return [options] { return all_rows(*options); };
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

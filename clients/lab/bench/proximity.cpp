@@ -118,8 +118,9 @@ void add_agreement(Rows& rows, const Agreement& found, double poses) {
 }
 
 /// `goals`: p99 of the front alone, and of front and contacts together [s].
-std::vector<Row> bench_pairs(const ProximityWork& work, std::vector<std::optional<double>> goals) {
-  Rows rows("proximity, " + work.name);
+void bench_pairs(const ProximityWork& work, std::vector<std::optional<double>> goals,
+                 const Rows& all) {
+  Rows rows = all.of("proximity, " + work.name);
   const MeshShape object = work.object.view(), tool = work.tool.view();
   const auto peer = make_fcl_peer(object.mesh, tool.mesh);
   rows.add({{"triangles of the object", object.mesh.triangles.size()},
@@ -161,17 +162,15 @@ std::vector<Row> bench_pairs(const ProximityWork& work, std::vector<std::optiona
   rows.add({{"front, pairs of nodes", front.size()},
             {"allocations once along the path", allocations(reduced, contacts, poses), "",
              kMustBeZero}});
-  return rows.rows();
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("proximity");
+void all_rows(const Options& options, const Rows& all) {
+  all.machine("proximity");
   const auto wants = [&](const std::string& name) {
     return std::find(options.cases.begin(), options.cases.end(), name) != options.cases.end();
   };
-  if (wants("torus")) rows.append(bench_pairs(torus_on_torus(options.torus_poses), {1e-4}));
-  if (wants("bolt")) rows.append(bench_pairs(bolt_through_nut(options.bolt_poses), {3e-3, 1e-3}));
-  return rows.rows();
+  if (wants("torus")) bench_pairs(torus_on_torus(options.torus_poses), {1e-4}, all);
+  if (wants("bolt")) bench_pairs(bolt_through_nut(options.bolt_poses), {3e-3, 1e-3}, all);
 }
 
 }  // namespace
@@ -185,7 +184,7 @@ Measured bench_proximity(Command& command) {
       .one_of({"torus", "bolt"});
   command.option("--torus-poses", options->torus_poses, "of 1 kHz").range(2, 100000).show_default();
   command.option("--bolt-poses", options->bolt_poses, "of 1 kHz").range(2, 100000).show_default();
-  return [options] { return all_rows(*options); };
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

@@ -213,8 +213,8 @@ void bench_cgal(Rows& rows, const Work& work, Solvers& solvers, const Options& o
   rows.at_most("farthest from CGAL's answer, of the motion", different, "", 1e-9);
 }
 
-std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options) {
-  Rows rows((coherent ? "the same contacts, " : "new contacts, ") + std::to_string(n));
+void bench_contacts(size_t n, bool coherent, const Options& options, const Rows& all) {
+  Rows rows = all.of((coherent ? "the same contacts, " : "new contacts, ") + std::to_string(n));
   const Work work = make_work(n, options.ticks, coherent);
   Solvers solvers(work, n);
   std::vector<Contestant> contestants{{"cold", [&](size_t i) { solvers.cold(i); }},
@@ -230,7 +230,7 @@ std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options)
   rows.add({{"not converged", solvers.failed, "", kMustBeZero},
             {"pivoting not converged", static_cast<double>(solvers.unpivoted) /
                                            static_cast<double>(contestants[2].times.size())}});
-  if (!coherent) return rows.rows();
+  if (!coherent) return;
 
   const size_t fewer = std::min<size_t>(options.ticks, 500);
   std::vector<Contestant> slower{{"Gauss-Seidel", [&](size_t i) { solvers.seidel(i); }},
@@ -244,15 +244,13 @@ std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options)
   bench_dantzig(rows, work, n, options);
   bench_cgal(rows, work, solvers, options);
   rows.none("allocations", allocations(solvers, fewer));
-  return rows.rows();
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("qp");
+void all_rows(const Options& options, const Rows& all) {
+  all.machine("qp");
   for (const size_t n : {1, 4, 5, 20, 64}) {
-    for (const bool coherent : {false, true}) rows.append(bench_contacts(n, coherent, options));
+    for (const bool coherent : {false, true}) bench_contacts(n, coherent, options, all);
   }
-  return rows.rows();
 }
 
 }  // namespace
@@ -268,7 +266,7 @@ Measured bench_qp(Command& command) {
       .range(1, 100000)
       .show_default();
   add_rounds(command, options->rounds, "times each question is asked");
-  return [options] { return all_rows(*options); };
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

@@ -161,8 +161,9 @@ Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& opt
   return tally;
 }
 
-std::vector<Row> rows_of(const RigidScene& scene, const ShakingHand& hand, const Tally& tally) {
-  Rows rows("rigid, " + scene.name);
+void add_scene(const RigidScene& scene, const ShakingHand& hand, const Tally& tally,
+               const Rows& all) {
+  Rows rows = all.of("rigid, " + scene.name);
   const auto count = static_cast<double>(tally.cpu.count());
   rows.add(
       {{"triangles of the object", scene.object.mesh.triangles.size()},
@@ -194,15 +195,14 @@ std::vector<Row> rows_of(const RigidScene& scene, const ShakingHand& hand, const
     rows.add_beside("one move, CPU p50, beside", p50, "s", "FCL, one distance at the same poses",
                     percentile(tally.peer, 50));
   }
-  return rows.rows();
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("rigid");
+void all_rows(const Options& options, const Rows& all) {
+  Rows rows = all.machine("rigid");
   uint64_t seed = options.seed;
   const auto run = [&](const RigidScene& scene) {
     const ShakingHand hand(scene.home, scene.shaking, seed++);
-    rows.append(rows_of(scene, hand, shake(scene, hand, options)));
+    add_scene(scene, hand, shake(scene, hand, options), all);
   };
   for (const std::string& name : options.scenes) {
     if (name == "peg") run(peg_in_hole(kClearance));
@@ -216,7 +216,6 @@ std::vector<Row> all_rows(const Options& options) {
                                       "'; give its folder with --meshes");
     }
   }
-  return rows.rows();
 }
 
 }  // namespace
@@ -240,7 +239,7 @@ Measured bench_rigid(Command& command) {
       .show_default();
   command.option("--seed", options->seed, "of the hands").show_default();
   command.option("--meshes FOLDER", options->meshes, "folder with bunny00.off").show_default();
-  return [options] { return all_rows(*options); };
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

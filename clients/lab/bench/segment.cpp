@@ -243,7 +243,7 @@ void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
 }
 
 /// Rows of one mesh; returns the median with warm start.
-double bench_mesh(Rows& rows, const WorkloadMesh& work, const Options& options) {
+double bench_mesh(Rows rows, const WorkloadMesh& work, const Options& options) {
   BenchShape bench;
   bench.mesh = build_mesh(work.soup.vertices, work.soup.triangles);
   bench.built = build_search_structures(bench.mesh.view());
@@ -278,15 +278,13 @@ std::string problem_of_name(const std::string& name) {
              : "give bump:F, nano:N, armadillo or bunny";
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("segment");
+void all_rows(const Options& options, const Rows& all) {
+  Rows rows = all.machine("segment");
   std::map<std::string, double> medians;
   for (const std::string& name : options.meshes) {
     try {
       const WorkloadMesh work = make_mesh(name);
-      Rows of_mesh(work.name);
-      medians[name] = bench_mesh(of_mesh, work, options);
-      rows.append(of_mesh.rows());
+      medians[name] = bench_mesh(all.of(work.name), work, options);
     } catch (const MeshError& error) {
       rows.note(name, std::string("LEFT OUT: ") + error.what());
     }
@@ -305,7 +303,6 @@ std::vector<Row> all_rows(const Options& options) {
     rows.at_most("p50, 5 k to 500 k triangles, to either side of the middle",
                  (most - least) / (most + least), "", kGoalSpread);
   }
-  return rows.rows();
 }
 
 }  // namespace
@@ -325,7 +322,7 @@ Measured bench_segment(Command& command) {
       .range(1, 1000000)
       .show_default();
   add_rounds(command, options->rounds, "times each segment is asked");
-  return [options] { return all_rows(*options); };
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

@@ -163,7 +163,7 @@ struct Trial {
   bool is_judged_rate;
 };
 
-std::vector<Row> run_trial(const Trial& trial, int rounds) {
+void run_trial(const Trial& trial, int rounds, const Rows& all) {
   const Voxmap map = trial.map.view();
   const Pointshell shell = trial.shell.view();
   const auto n = static_cast<uint32_t>(shell.x.size());
@@ -187,7 +187,7 @@ std::vector<Row> run_trial(const Trial& trial, int rounds) {
   }
   keep(take_turns(ways, n, poses, rounds));
 
-  Rows rows(trial.name);
+  Rows rows = all.of(trial.name);
   const std::string prefix = trial.name + ", ";
   size_t touching = 0;
   for (const ShellInVoxels& at : poses) touching += scan(fastest_scan())(at);
@@ -198,22 +198,21 @@ std::vector<Row> run_trial(const Trial& trial, int rounds) {
   rows.add(prefix + "scalar over its ceiling", median_ratio(ways[0], ways[1]));
   if (!has_lanes) {
     rows.note(prefix + "lanes", "LEFT OUT: this processor has no AVX2");
-    return rows.rows();
+    return;
   }
   const double ratio = median_ratio(ways[2], ways[3]), rate = median(ways[2].rates);
   rows.at_least(prefix + "lanes over ceiling", ratio, "", kGoalOfCeiling);
   if (trial.is_judged_rate) {
     rows.at_least(prefix + "points tested", rate, "1/µs", kGoalRate);
   }
-  return rows.rows();
 }
 
-std::vector<Row> run_map(const Options& options, uint32_t side,
-                         std::span<const PointshellData> shells) {
+void run_map(const Options& options, uint32_t side, std::span<const PointshellData> shells,
+             const Rows& all) {
   const MeshData mesh = bumpy_sphere(kToolFrequency, 1);
   const VoxmapData map = map_of(mesh, side);
   const std::string name = std::to_string(side) + "³";
-  Rows rows(name);
+  Rows rows = all.of(name);
   const auto voxels = static_cast<double>(map.index.size() * kBrickSide * kBrickSide * kBrickSide);
   rows.add({{name + ", map", map.bytes(), "B"}, {name + ", dense", voxels / 4, "B"}});
   for (size_t i = 0; i < shells.size(); ++i) {
@@ -221,16 +220,15 @@ std::vector<Row> run_map(const Options& options, uint32_t side,
     const std::string points = name + ", " + std::to_string(n) + " points, ";
     const bool is_judged = side == kJudgedSide && n == kJudgedPoints;
     const PointshellData ordered = kept_inside(map.view(), shells[i], poses_in(map.view()));
-    rows.append(run_trial({points + "ordered", map, ordered, is_judged}, options.rounds));
+    run_trial({points + "ordered", map, ordered, is_judged}, options.rounds, all);
     const PointshellData mixed = shuffled(ordered);
-    rows.append(run_trial({points + "shuffled", map, mixed, false}, options.rounds));
+    run_trial({points + "shuffled", map, mixed, false}, options.rounds, all);
   }
-  return rows.rows();
 }
 
 /// Compares contact steps on one object meshed coarsely and finely.
-std::vector<Row> run_triangles(const Options& options) {
-  Rows rows("triangles of the object");
+void run_triangles(const Options& options, const Rows& all) {
+  Rows rows = all.of("triangles of the object");
   const PointshellData data = shell_of(middle(options.points), 1);
   const Pointshell shell = data.view();
   const auto n = static_cast<uint32_t>(shell.x.size());
@@ -252,7 +250,6 @@ std::vector<Row> run_triangles(const Options& options) {
   const double ratio = median_ratio(ways[1], ways[0]);
   rows.add("many over few triangles", ratio, "", 1 - kGoalTriangles,
            std::fabs(ratio - 1) <= kGoalTriangles);
-  return rows.rows();
 }
 
 constexpr double kBall = 0.05;                  // radius of the object [m]
@@ -293,8 +290,8 @@ Passage pass_by(const DistanceField& field, const Pointshell& shell, double gap)
   return passage;
 }
 
-std::vector<Row> run_coherence(const Options& options) {
-  Rows rows("temporal coherence");
+void run_coherence(const Options& options, const Rows& all) {
+  Rows rows = all.of("temporal coherence");
   const DistanceFieldData field =
       build_distance_field(-kBall * Vec3{1, 1, 1}, kBall * Vec3{1, 1, 1},
                            [](const Vec3& p) { return norm(p) - kBall; }, {kCell, kBand, kBand});
@@ -310,13 +307,12 @@ std::vector<Row> run_coherence(const Options& options) {
               {name + "fewer points by coherence", tested[0] / tested[1], "",
                at_least(kGoalCoherence)}});
   }
-  return rows.rows();
 }
 
 /// Memory of the maps of a scan with the default band.
-std::vector<Row> run_memory(const Options& options) {
+void run_memory(const Options& options, const Rows& all) {
   const std::string name = "bunny, " + std::to_string(options.memory_side) + "³";
-  Rows rows(name);
+  Rows rows = all.of(name);
   constexpr double kSize = 0.1;  // [m]
   try {
     const BakedShape bunny = bake_scan(meshes_folder() + "/bunny00.off", kSize);
@@ -336,19 +332,17 @@ std::vector<Row> run_memory(const Options& options) {
   } catch (const MeshError& error) {
     rows.note(name, std::string("LEFT OUT: ") + error.what());
   }
-  return rows.rows();
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("voxel");
+void all_rows(const Options& options, const Rows& all) {
+  all.machine("voxel");
   std::vector<PointshellData> shells;
   for (const uint32_t n : options.points) shells.push_back(shell_of(n, 1));
-  for (const uint32_t side : options.sides) rows.append(run_map(options, side, shells));
-  if (options.memory_side > 0) rows.append(run_memory(options));
-  rows.append(run_triangles(options));
-  rows.append(run_coherence(options));
-  rows.append(bench_voxel_contact(options.contact));
-  return rows.rows();
+  for (const uint32_t side : options.sides) run_map(options, side, shells, all);
+  if (options.memory_side > 0) run_memory(options, all);
+  run_triangles(options, all);
+  run_coherence(options, all);
+  bench_voxel_contact(options.contact, all);
 }
 
 }  // namespace
@@ -381,7 +375,7 @@ Measured bench_voxel(Command& command) {
       .range(100, 1'000'000)
       .show_default();
   add_rounds(command, options->rounds, "alternations; medians are reported");
-  return [options] { return all_rows(*options); };
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

@@ -245,8 +245,8 @@ void add_deadline(Rows& rows, const std::string& prefix, Contest& contest, const
   rows.at_most(prefix + "deep, points over the budget", over, "", 0);
 }
 
-std::vector<Row> run_pair(const Pair& pair, const BenchVoxelContactOptions& options) {
-  Rows rows(pair.name);
+void run_pair(const Pair& pair, const BenchVoxelContactOptions& options, const Rows& all) {
+  Rows rows = all.of(pair.name);
   const std::string prefix = pair.name + ", ";
   Contest contest(pair);
   const MeshShape &tool = pair.tool.shape, &object = pair.object.shape;
@@ -264,7 +264,6 @@ std::vector<Row> run_pair(const Pair& pair, const BenchVoxelContactOptions& opti
     rows.note(prefix + "FCL", kLeftOut);
   }
   if (pair.deep) add_deadline(rows, prefix, contest, pair, options.ticks);
-  return rows.rows();
 }
 
 /// A pair by its name on the command line. Throws MeshError.
@@ -276,20 +275,19 @@ Pair make_pair(const std::string& name) {
 
 }  // namespace
 
-std::vector<Row> bench_voxel_contact(const BenchVoxelContactOptions& options) {
-  Rows rows("contact step");
+void bench_voxel_contact(const BenchVoxelContactOptions& options, const Rows& all) {
+  Rows rows = all.of("contact step");
   for (const std::string& name : options.pairs) {
     try {
       Pair pair = make_pair(name);
       for (double* length : {&pair.voxel.size, &pair.voxel.band, &pair.voxel.point_spacing}) {
         *length *= options.coarser;
       }
-      rows.append(run_pair(pair, options));
+      run_pair(pair, options, all);
     } catch (const MeshError& error) {
       rows.note(name, std::string("LEFT OUT: ") + error.what());
     }
   }
-  return rows.rows();
 }
 
 }  // namespace haptic

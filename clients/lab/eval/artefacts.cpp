@@ -128,25 +128,24 @@ ArtefactRun run_artefact(ArtefactScene scene, Renderer renderer) {
   return run;
 }
 
-std::vector<Row> eval_artefacts(const std::string& plot) {
-  Rows rows = machine_rows("artefacts of penalty3");
+void eval_artefacts(const std::string& plot, const Rows& all) {
+  all.machine("artefacts of penalty3");
   Panel edge{"edge of a block: force upwards", "N", {}},
       plate{"thin plate: force upwards", "N", {}};
   for (const RendererRow& row : kRenderers) {
     if (is_of_body(row.id)) continue;  // the scenes are for a point
-    Rows own{std::string(row.name)};
+    const std::string name(row.name);
+    Rows rows = all.of(name);
     const bool is_penalty = row.id == Renderer::kPenalty3;
     const ArtefactRun on_edge = run_artefact(ArtefactScene::kEdge, row.id);
     const ArtefactRun on_plate = run_artefact(ArtefactScene::kPlate, row.id);
-    own.note("renderer", std::string(row.name));
-    judge_edge(on_edge, is_penalty, own);
-    judge_plate(on_plate, is_penalty, own);
-    edge.series.push_back(force_along(std::string(row.name), on_edge));
-    plate.series.push_back(force_along(std::string(row.name), on_plate));
-    rows.append(own.rows());
+    rows.note("renderer", name);
+    judge_edge(on_edge, is_penalty, rows);
+    judge_plate(on_plate, is_penalty, rows);
+    edge.series.push_back(force_along(name, on_edge));
+    plate.series.push_back(force_along(name, on_plate));
   }
   if (!plot.empty()) write_svg(plot, "the artefacts of the penalty method", {edge, plate});
-  return rows.rows();
 }
 
 Measured suite_artefacts(Command& command) {
@@ -157,9 +156,9 @@ Measured suite_artefacts(Command& command) {
   const auto options = std::make_shared<Options>();
   add_plot(command, options->plot, "draw the forces into this file");
   add_overwrite(command, options->overwrite);
-  return [options] {
+  return [options](Report& report) {
     check_outputs({options->plot}, {}, options->overwrite);
-    return eval_artefacts(options->plot);
+    eval_artefacts(options->plot, report.rows);
   };
 }
 

@@ -38,6 +38,6 @@ ArtefactRun run_artefact(ArtefactScene scene, Renderer renderer);
 /// theory. Goals: penalty3 changes its force by √2·k·d at once where the nearest face changes; it
 /// resists a plate of width w by at most k·w/2 and then pushes the tool through by as much. The
 /// proxies do neither. `plot`: an .svg, or empty.
-std::vector<Row> eval_artefacts(const std::string& plot);
+void eval_artefacts(const std::string& plot, const Rows& all);
 
 }  // namespace haptic

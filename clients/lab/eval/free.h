@@ -65,6 +65,6 @@ struct FreeEval {
 };
 
 /// `hapt eval free`. Throws MeshError.
-std::vector<Row> eval_free(const FreeEval& eval);
+void eval_free(const FreeEval& eval, const Rows& all);
 
 }  // namespace haptic

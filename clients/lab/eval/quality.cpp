@@ -150,37 +150,35 @@ bool is_held_to(const QualityRenderer& renderer, QualityScene scene) {
   return false;
 }
 
-std::vector<Row> eval_quality(QualityScene scene, const QualityRenderer& renderer,
-                              const QualityShapes& shapes, const QualityGrain& grain) {
+void eval_quality(QualityScene scene, const QualityRenderer& renderer, const QualityShapes& shapes,
+                  const QualityGrain& grain, const Rows& all) {
   const std::string name = std::string(name_of(scene)) + ": " + renderer.name;
   QualityProbe probe(renderer, shapes, grain);
   QualityGoals goals;
   goals.are_judged = is_held_to(renderer, scene);
-  Rows rows(name);
+  Rows rows = all.of(name);
   rows.note("scene", name);
-  rows.append(judge_quality(
-      scene, [&](const Pose& X_WT) { return probe(X_WT); }, grain.samples, goals, name));
+  judge_quality(
+      scene, [&](const Pose& X_WT) { return probe(X_WT); }, grain.samples, goals, name, all);
   rows.add("places at which it did not settle", probe.restless());
-  return rows.rows();
 }
 
-std::vector<Row> eval_quality(const QualityGrain& grain) {
-  Rows rows = machine_rows("quality");
-  rows.append(eval_drag());
+void eval_every_quality(const QualityGrain& grain, const Rows& all) {
+  all.machine("quality");
+  eval_drag(all);
   Progress progress("eval quality",
                     static_cast<double>(kScenes.size() * quality_renderers().size()));
   for (const QualityScene scene : kScenes) {
     const QualityShapes shapes = bake_quality(scene, grain);
     for (const QualityRenderer& renderer : quality_renderers()) {
-      rows.append(eval_quality(scene, renderer, shapes, grain));
+      eval_quality(scene, renderer, shapes, grain, all);
       progress.step();
     }
   }
-  return rows.rows();
 }
 
 Measured suite_quality(Command&) {
-  return [] { return eval_quality(QualityGrain{}); };
+  return measured(eval_every_quality, std::make_shared<QualityGrain>());
 }
 
 }  // namespace haptic

@@ -77,10 +77,10 @@ class QualityProbe {
 bool is_held_to(const QualityRenderer& renderer, QualityScene scene);
 
 /// Evaluates one renderer in one scene.
-std::vector<Row> eval_quality(QualityScene scene, const QualityRenderer& renderer,
-                              const QualityShapes& shapes, const QualityGrain& grain);
+void eval_quality(QualityScene scene, const QualityRenderer& renderer, const QualityShapes& shapes,
+                  const QualityGrain& grain, const Rows& all);
 
 /// `hapt eval quality`: every scene with every renderer.
-std::vector<Row> eval_quality(const QualityGrain& grain);
+void eval_every_quality(const QualityGrain& grain, const Rows& all);
 
 }  // namespace haptic

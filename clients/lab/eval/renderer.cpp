@@ -144,7 +144,7 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
   return judge;
 }
 
-std::vector<Row> eval_renderer(const RendererEval& eval) {
+void eval_renderer(const RendererEval& eval, const Rows& all) {
   const Subject subject = open_subject(eval);
   SessionConfig config = plain_session(eval.stiffness);
   config.renderer = eval.renderer;
@@ -168,16 +168,15 @@ std::vector<Row> eval_renderer(const RendererEval& eval) {
       config, subject.shape, *hand, eval.lockstep, ticks,
       [&](const ServoFrame& frame) { friction.add(frame); }, eval.progress);
   const std::string name = case_name(eval);
-  Rows rows = machine_rows(name);
+  Rows rows = all.machine(name);
   rows.note("lockstep", pace_of(eval.lockstep));
   for (const std::string& line : subject.baked.report.lines) rows.note("mesh", line);
   rows.add("triangles", subject.shape.mesh.triangles.size());
   const std::string why = why_no_answer(subject, judge);
   if (!why.empty()) rows.note(kNoAnswer, why);
-  rows.append(judge.rows(name, goals_of(eval, subject, why.empty())));
-  if (is_flat && eval.friction > 0) rows.append(friction.rows(name));
+  judge.add_rows(name, goals_of(eval, subject, why.empty()), all);
+  if (is_flat && eval.friction > 0) friction.add_rows(name, all);
   if (!eval.plot.empty()) plot_judged(eval.plot, name, judge);
-  return rows.rows();
 }
 
 }  // namespace haptic

@@ -191,7 +191,7 @@ std::vector<Vec3> render_trajectory(const MeshShape& shape, const std::vector<Ve
   return forces;
 }
 
-std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
+void eval_ruffaldi(const RuffaldiEval& eval, const Rows& all) {
   const bool scanned = !eval.traj.empty();
   RuffaldiWork work;
   BakedShape baked;
@@ -211,7 +211,7 @@ std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
   const std::vector<Vec3> forces = render_trajectory(shape, work.in_trajectory, eval.lockstep);
   const ForceComparison c = compare_forces(work.probe, forces);
 
-  Rows rows = machine_rows("ruffaldi on " + (scanned ? eval.traj : eval.surface));
+  Rows rows = all.machine("ruffaldi on " + (scanned ? eval.traj : eval.surface));
   rows.add("triangles", shape.mesh.triangles.size());
   if (!scanned) rows.add("noise of the tracker", eval.noise, "m");
   rows.add({{"samples in contact", c.samples}, {"mean force", c.mean_force, "N"}});
@@ -227,7 +227,6 @@ std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
             {"force error, rms, lag taken out", c.rms_aligned, "N"},
             {"direction jump in a tick, max", c.direction_jump, "rad"}});
   if (!scanned) rows.add("bound of the mesh's error, h²κ/8·k", work.facet_error, "N");
-  return rows.rows();
 }
 
 Measured suite_ruffaldi(Command& command) {
@@ -244,7 +243,7 @@ Measured suite_ruffaldi(Command& command) {
       .needs("--mesh");
   add_scan_size(command, eval->size);
   add_lockstep(command, eval->lockstep);
-  return [eval] { return eval_ruffaldi(*eval); };
+  return measured(eval_ruffaldi, eval);
 }
 
 }  // namespace haptic

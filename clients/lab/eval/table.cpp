@@ -90,24 +90,25 @@ void print_cases(std::ostream& out, const std::vector<std::vector<Row>>& cases) 
 namespace {
 
 /// One case or several. Throws std::runtime_error for --plot with several.
-Report eval_cases(const EvalTable& table, bool overwrite) {
+void eval_cases(const EvalTable& table, bool overwrite, Report& report) {
   const std::vector<RendererEval> cases = cases_of(table);
   std::vector<std::string> inputs{table.each.trace};
   for (const RendererEval& one : cases) {
     if (!is_eval_work(one.mesh)) inputs.push_back(one.mesh);
   }
   check_outputs({table.each.plot}, inputs, overwrite);
-  if (cases.size() == 1) return eval_renderer(cases[0]);
+  if (cases.size() == 1) return eval_renderer(cases[0], report.rows);
   if (!table.each.plot.empty()) throw std::runtime_error("--plot: draws one case; give one MESH");
   std::vector<std::vector<Row>> judged;
-  std::vector<Row> rows;
   for (RendererEval one : cases) {
     one.progress =
         "case " + std::to_string(judged.size() + 1) + " of " + std::to_string(cases.size());
-    judged.push_back(eval_renderer(one));
-    rows.insert(rows.end(), judged.back().begin(), judged.back().end());
+    const Rows rows;
+    eval_renderer(one, rows);
+    judged.push_back(rows.rows());
+    report.rows.append(rows.rows());
   }
-  return Report(rows, [judged](std::ostream& out) { print_cases(out, judged); });
+  report.print = [judged](std::ostream& out) { print_cases(out, judged); };
 }
 
 void add_renderer_options(Command& command, RendererEval& judged) {
@@ -158,7 +159,7 @@ Measured suite_mesh(Command& command) {
   add_renderer_options(command, table.each);
   add_lockstep(command, table.each.lockstep);
   add_overwrite(command, options->overwrite);
-  return [options, command] {
+  return [options, command](Report& report) {
     EvalTable asked = options->table;
     asked.latencies = {asked.each.lockstep.contact_latency};
     // the benchmark set is published with both
@@ -166,7 +167,7 @@ Measured suite_mesh(Command& command) {
         !command.was_given("--contact-latency")) {
       asked.latencies = {0, 1};
     }
-    return eval_cases(asked, options->overwrite);
+    eval_cases(asked, options->overwrite, report);
   };
 }
 

@@ -57,8 +57,7 @@ std::string at(double frequency) {
   return text;
 }
 
-Rows rows_of(const Bode& bode, bool turning) {
-  Rows rows(turning ? "turning" : "moving");
+void add_rows(const Bode& bode, bool turning, Rows rows) {
   const AxisUnits units = units_of(turning);
   const std::vector<double> phases = unwrapped(bode);
   for (size_t i = 0; i < bode.points.size(); ++i) {
@@ -72,7 +71,6 @@ Rows rows_of(const Bode& bode, bool turning) {
   rows.add({{"within 3 dB up to", good_up_to(bode, gain_error, 3), "Hz"},
             {"within 45 deg up to", good_up_to(bode, phase_error, 45), "Hz"},
             {"distortion", bode.distortion}});
-  return rows;
 }
 
 void draw_bode(const AxisOptions& options, const Bode& bode) {
@@ -96,7 +94,7 @@ void draw_bode(const AxisOptions& options, const Bode& bode) {
             {"frequency [Hz]", true});
 }
 
-std::vector<Row> rows_of_bode(const BodeOptions& options) {
+void eval_bode(const BodeOptions& options, const Rows& all) {
   ProbeSetting setting = setting_of(options.axis);
   setting.delay = options.delay;
   if (!(setting.stiffness > 0)) {
@@ -106,7 +104,7 @@ std::vector<Row> rows_of_bode(const BodeOptions& options) {
   const ProbeScene scene(options.axis.turning);
   const Bode bode = measure_bode(scene, setting, options.periods);
   if (!options.axis.output.empty()) draw_bode(options.axis, bode);
-  return rows_of(bode, options.axis.turning).rows();
+  add_rows(bode, options.axis.turning, all.of(options.axis.turning ? "turning" : "moving"));
 }
 
 Measured prepare_bode(Command& command) {
@@ -119,7 +117,7 @@ Measured prepare_bode(Command& command) {
       .show_default();
   add_coupling_options(command, options->axis);
   add_axis_options(command, options->axis);
-  return [options] { return rows_of_bode(*options); };
+  return measured(eval_bode, options);
 }
 
 }  // namespace

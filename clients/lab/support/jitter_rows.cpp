@@ -66,10 +66,10 @@ void add_witness_rows(Rows& rows, const std::vector<JitterRound>& rounds) {
 
 }  // namespace
 
-Rows make_jitter_rows(const std::vector<JitterRound>& rounds) {
+void add_jitter_rows(const std::vector<JitterRound>& rounds, const Rows& all) {
   const std::string peer_problem = peer_problem_of(rounds);
   const RealtimeReport& rights = rounds.front().sleep.servo.rights;
-  Rows rows("jitter", rights.fifo_errno == 0);
+  Rows rows = all.of("jitter", rights.fifo_errno == 0);
   const bool has_peer = peer_problem.empty();
   rows.note("machine", machine_line());
   rows.note("rights", rights.explain());
@@ -103,7 +103,6 @@ Rows make_jitter_rows(const std::vector<JitterRound>& rounds) {
         sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_100us; })},
        {"hybrid: wakes later than 1 ms",
         sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_1ms; })}});
-  return rows;
 }
 
 std::string peer_problem_of(const std::vector<JitterRound>& rounds) {

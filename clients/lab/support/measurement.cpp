@@ -14,14 +14,16 @@ void measure_by(Command& command, Prepare* prepare) {
   const Measured measured = prepare(command);
   add_json(command, *json);
   command.action([json, measured] {
-    const Report report = measured();
+    Report report;
+    measured(report);
+    const std::vector<Row>& rows = report.rows.rows();
     if (*json) {
-      print_json(std::cout, report.rows);
+      print_json(std::cout, rows);
     } else {
-      report.print ? report.print(std::cout) : print_table(std::cout, report.rows);
+      report.print ? report.print(std::cout) : print_table(std::cout, rows);
     }
     std::cout.flush();
-    if (!all_hold(report.rows)) throw ExitCode{1};
+    if (!all_hold(rows)) throw ExitCode{1};
   });
 }
 

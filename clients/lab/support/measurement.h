@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <ostream>
 #include <span>
 #include <string>
@@ -13,17 +14,21 @@
 
 namespace haptic {
 
-/// What was measured: rows, and how they are printed for people.
+/// The rows that a measurement fills in; `print` shows them to people, and is empty where a table
+/// does.
 struct Report {
-  Report(std::vector<Row> measured, std::function<void(std::ostream&)> for_people = {})
-      : rows(std::move(measured)), print(std::move(for_people)) {}
-
-  std::vector<Row> rows;
-  std::function<void(std::ostream&)> print;  // empty: as a table
+  Rows rows;
+  std::function<void(std::ostream&)> print = {};
 };
 
 /// Measures, once the options are read.
-using Measured = std::function<Report()>;
+using Measured = std::function<void(Report&)>;
+
+/// Measures by a function of these options that fills in rows.
+template <class Options>
+Measured measured(void (*measure)(const Options&, const Rows&), std::shared_ptr<Options> options) {
+  return [measure, options](Report& report) { measure(*options, report.rows); };
+}
 
 /// Adds a measurement's own options to its command and returns what measures with them.
 using Prepare = Measured(Command& command);

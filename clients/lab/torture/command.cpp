@@ -195,11 +195,11 @@ double seconds(int64_t ns) {
 
 /// The results as rows: one case per kind, and the totals.
 std::vector<Row> make_rows(const TortureCommand& options, const Result& result) {
-  std::vector<Row> all;
+  const Rows all;
   for (const FaultInfo& info : all_faults()) {
     if (info.is_of_six && !options.six) continue;
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
-    Rows rows{std::string(info.name)};
+    Rows rows = all.of(std::string(info.name));
     rows.add(
         {{"faults", tally.count}, {"faults with violations", tally.violated, "", kMustBeZero}});
     if (tally.worst_zero_ns) rows.add("worst time to zero", seconds(*tally.worst_zero_ns), "s");
@@ -210,11 +210,10 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
       rows.add("commands excused by the machine", tally.excused);
     }
     if (!tally.left_out.empty()) rows.note("LEFT OUT", tally.left_out);
-    all.insert(all.end(), rows.rows().begin(), rows.rows().end());
   }
   const double per_minute = options.bodies ? kFaultsWithBodies : kFaultsPerMinute;
   const double goal = std::floor(per_minute * options.minutes());
-  Rows totals = machine_rows("torture");
+  Rows totals = all.machine("torture");
   totals.add({{"faults", static_cast<double>(result.faults), "",
                given(goal, result.interrupted || static_cast<double>(result.faults) >= goal)},
               {"faults with violations", result.violations, "", kMustBeZero},
@@ -229,8 +228,7 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
   for (const std::string& why : s.unreadable) {
     totals.add("a recording cannot be read: " + why, 1, "", 0, false);
   }
-  all.insert(all.end(), totals.rows().begin(), totals.rows().end());
-  return all;
+  return all.rows();
 }
 
 std::string cell(const std::optional<int64_t>& ns) {

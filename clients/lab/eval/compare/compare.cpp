@@ -335,20 +335,19 @@ std::vector<CompareFigures> compare_renderers(const CompareEval& eval) {
   return out;
 }
 
-std::vector<Row> rows_of(const std::vector<CompareFigures>& figures, const CompareEval& eval) {
-  std::vector<Row> out;
+void add_rows(const std::vector<CompareFigures>& figures, const CompareEval& eval,
+              const Rows& all) {
   for (const CompareFigures& f : figures) {
-    Rows rows(f.name);
-    rows.note("way", way_of_column(config_of_column(eval.config, f.name)));
-    rows.add({{"massless", f.is_massless ? 1 : 0}, {"ticks in free space", f.free_ticks}});
+    Rows rows = all.of(f.name);
+    rows.add({{"way", way_of_column(config_of_column(eval.config, f.name))},
+              {"massless", f.is_massless ? 1 : 0},
+              {"ticks in free space", f.free_ticks}});
     for (const Measure& m : kMeasures) {
       const bool is_judged = m.value == &CompareFigures::free_force && f.is_massless;
       rows.add({{m.metric, f.*m.value, m.unit, is_judged ? kMustBeZero : Goal{}}});
     }
     rows.add("share of ticks in contact", 100 * f.share, "%");
-    out.insert(out.end(), rows.rows().begin(), rows.rows().end());
   }
-  return out;
 }
 
 void print_comparison(std::ostream& out, const std::vector<CompareFigures>& figures,
@@ -389,7 +388,7 @@ Measured suite_compare(Command& command) {
                  "a recording with the topics of each renderer; no clock is in it, the same "
                  "comparison is the same file");
   add_overwrite(command, options->overwrite);
-  return [options] {
+  return [options](Report& report) {
     const OfflineSession& session = options->session;
     const std::string file = session.file();
     const CompareEval eval{words_of(options->columns), session.load(),
@@ -397,8 +396,8 @@ Measured suite_compare(Command& command) {
                            session.lockstep,           session.seconds};
     check_outputs({eval.output}, {session.trace, file}, options->overwrite);
     const std::vector<CompareFigures> figures = compare_renderers(eval);
-    return Report(rows_of(figures, eval),
-                  [figures, eval](std::ostream& out) { print_comparison(out, figures, eval); });
+    add_rows(figures, eval, report.rows);
+    report.print = [figures, eval](std::ostream& out) { print_comparison(out, figures, eval); };
   };
 }
 

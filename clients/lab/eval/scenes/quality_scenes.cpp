@@ -268,12 +268,11 @@ QualityBodies bodies_of(QualityScene scene, const QualityGrain& grain) {
           make_peg({kPegDiameter, 2 * kPegHalf, grid})};
 }
 
-std::vector<Row> judge_quality(QualityScene scene, const WrenchAt& wrench_at, size_t samples,
-                               const QualityGoals& goals, const std::string& case_name) {
-  Rows rows(case_name, goals.are_judged);
+void judge_quality(QualityScene scene, const WrenchAt& wrench_at, size_t samples,
+                   const QualityGoals& goals, const std::string& case_name, const Rows& all) {
+  Rows rows = all.of(case_name, goals.are_judged);
   constexpr std::array kJudges{judge_cone, judge_sphere, judge_cube, judge_peg};
   kJudges[static_cast<size_t>(scene)](wrench_at, samples, goals, rows);
-  return rows.rows();
 }
 
 }  // namespace haptic

@@ -143,46 +143,43 @@ uint64_t ghost_ticks(const SlowScene& scene, const SlowRun& run) {
   return ghosts;
 }
 
-std::vector<Row> eval_slow_contact(const SlowEval& eval) {
-  Rows rows = machine_rows("slow-contact");
+void eval_slow_contact(const SlowEval& eval, const Rows& all) {
+  all.machine("slow-contact");
   Progress progress("eval slow-contact", 3 * static_cast<double>(slow_renderers().size()));
   const SlowScene ball = ball_over_ball(eval.fineness);
   for (const JudgedRenderer& renderer : slow_renderers()) {
-    Rows of_this(renderer.name + ", over a ball");
+    Rows rows = all.of(renderer.name + ", over a ball");
     const SlowRun fresh = run_slowly(ball, renderer, 1);
     for (const uint32_t period : {1u, 5u, 10u, 20u}) {
       const Slowness found = compare_runs(ball, fresh, run_slowly(ball, renderer, period));
       const std::string at = " at " + std::to_string(1000 / period) + " Hz";
-      of_this.add({{"force, mean" + at, found.mean, "N"},
-                   {"error, root mean square" + at, found.error, "N"}});
+      rows.add({{"force, mean" + at, found.mean, "N"},
+                {"error, root mean square" + at, found.error, "N"}});
       const bool is_goal = renderer.is_smooth && period == 20;
-      of_this.at_most("force above 50 Hz, root mean square" + at, found.rough, "N",
-                      goal_if(is_goal, kMostRough));
+      rows.at_most("force above 50 Hz, root mean square" + at, found.rough, "N",
+                   goal_if(is_goal, kMostRough));
     }
-    rows.append(of_this.rows());
     progress.step();
   }
   for (const bool with_box : {false, true}) {
     const SlowScene edge = off_an_edge(with_box);
     for (const JudgedRenderer& renderer : slow_renderers()) {
-      Rows of_this(renderer.name + ", " + edge.scene.name);
       const SlowRun fresh = run_slowly(edge, renderer, 1);
       uint64_t ghosts = 0;
       for (uint32_t late = 0; late < eval.phases; ++late) {
         ghosts += ghost_ticks(edge, run_slowly(edge, renderer, 20, late));
       }
-      of_this.add({{"ticks felt on the block",
-                    std::count(fresh.is_felt.begin(), fresh.is_felt.end(), true)},
-                   {"ticks felt past it, contacts up to 20 ms old", ghosts, "", kMustBeZero}});
-      rows.append(of_this.rows());
+      all.of(renderer.name + ", " + edge.scene.name)
+          .add({{"ticks felt on the block",
+                 std::count(fresh.is_felt.begin(), fresh.is_felt.end(), true)},
+                {"ticks felt past it, contacts up to 20 ms old", ghosts, "", kMustBeZero}});
       progress.step();
     }
   }
-  return rows.rows();
 }
 
 Measured suite_slow_contact(Command&) {
-  return [] { return eval_slow_contact({}); };
+  return measured(eval_slow_contact, std::make_shared<SlowEval>());
 }
 
 }  // namespace haptic

@@ -56,6 +56,6 @@ struct SlowEval {
 };
 
 /// `hapt eval slow-contact`: contacts throttled to 50, 100, 200 and 1000 Hz.
-std::vector<Row> eval_slow_contact(const SlowEval& eval);
+void eval_slow_contact(const SlowEval& eval, const Rows& all);
 
 }  // namespace haptic

@@ -40,7 +40,9 @@ bool has_answer(const Soup& soup, double size) {
   eval.size = size;
   eval.ticks = 20;
   std::ofstream(eval.mesh) << as_off(soup);
-  const std::vector<Row> rows = eval_renderer(eval);
+  const Rows judged;
+  eval_renderer(eval, judged);
+  const std::vector<Row>& rows = judged.rows();
   const auto has = [&](const auto& is_it) { return std::any_of(rows.begin(), rows.end(), is_it); };
   const bool is_open = has([](const Row& row) { return row.metric == kNoAnswer; });
   const bool is_scored = has([](const Row& row) {
