@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A suite that measures nothing.
+// A suite that measures nothing; outside.cmake makes a bench of it too.
 #include "clients/lab/support/measurement.h"
 
 namespace haptic {

@@ -36,7 +36,7 @@ size_t choose_core(const std::optional<size_t>& wanted) {
                            "; choose another with --core (taskset -cp $$ lists them)");
 }
 
-/// With the same witness as the servo's loop, so that both share the core alike.
+/// Runs cyclictest beside the same witness as the servo's loop, so that both share the core alike.
 CyclictestRun run_witnessed_cyclictest(const WakeOptions& wake) {
   std::thread witness([&] { measure_witness(wake); });
   CyclictestRun run = run_cyclictest(static_cast<int>(wake.seconds), wake.core);

@@ -94,8 +94,8 @@ void all_rows(const Options& options, const Rows& all) {
 
 }  // namespace
 
-/// How long a device on a serial node takes to answer the line of docs/six-motors.md, asked once a
-/// tick with zero currents: from before the write to after the read.
+/// Measures how long a device on a serial node takes to answer the line of docs/six-motors.md,
+/// asked once a tick with zero currents: from before the write to after the read.
 Measured bench_line(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("NODE", options->node, "of the device, or of the program that speaks for it")

@@ -97,12 +97,6 @@ double rms_of(const std::vector<Wrench>& forces, const std::vector<Wrench>* less
   return std::sqrt(sum / static_cast<double>(std::max<size_t>(forces.size(), 1)));
 }
 
-double mean_of(const std::vector<double>& times) {
-  double sum = 0;
-  for (const double time : times) sum += time;
-  return sum / static_cast<double>(std::max<size_t>(times.size(), 1));
-}
-
 const Course& course_named(const std::vector<Course>& courses, Renderer renderer) {
   return *std::find_if(courses.begin(), courses.end(),
                        [&](const Course& c) { return c.renderer == renderer; });

@@ -63,15 +63,15 @@ void keep(const ContactSet& set) {
 }
 
 void add_time(Rows& rows, const Histogram& times, double radius, bool judged) {
-  const auto add = [&](const char* metric, int64_t ns, std::optional<double> goal) {
-    rows.at_most(metric, 1e-9 * static_cast<double>(ns), "s", goal);
-  };
+  const auto seconds = [](int64_t ns) { return 1e-9 * static_cast<double>(ns); };
   const double sphere_p99 = radius > kSmallSphere ? kGoalLargeP99 : kGoalSmallP99;
   const bool point = radius == 0, point_judged = judged && point;
-  add("contact step, CPU p50", times.percentile(50), goal_if(point_judged, kGoalP50));
-  add("contact step, CPU p99", times.percentile(99),
-      goal_if(judged, point ? kGoalP99 : sphere_p99));
-  add("contact step, CPU max", times.max(), goal_if(point_judged, kGoalMax));
+  rows.add({{"contact step, CPU p50", seconds(times.percentile(50)), "s",
+             at_most(goal_if(point_judged, kGoalP50))},
+            {"contact step, CPU p99", seconds(times.percentile(99)), "s",
+             at_most(goal_if(judged, point ? kGoalP99 : sphere_p99))},
+            {"contact step, CPU max", seconds(times.max()), "s",
+             at_most(goal_if(point_judged, kGoalMax))}});
 }
 
 /// The least time of each step over the repetitions.
@@ -126,9 +126,8 @@ void bench_one(const std::string& name, const MeshShape& shape, double radius,
   const Watched watched = watch_steps(model, frames);
 
   Rows rows = all.of("virtual-proxy3, radius " + readable(radius, "m") + ", on " + name);
-  rows.note("work", name + ", radius " + readable(radius, "m"));
   const size_t triangles = shape.mesh.triangles.size();
-  rows.add("triangles", triangles);
+  rows.add({{"work", name + ", radius " + readable(radius, "m")}, {"triangles", triangles}});
   add_time(rows, times, radius, triangles >= kJudgedFrom);
   rows.add({{"contacts, most in a step", watched.most_contacts},
             {"steps cut short", watched.limited},

@@ -279,10 +279,11 @@ Passage pass_by(const DistanceField& field, const Pointshell& shell, double gap)
   for (int tick = 0; tick < kTicks; ++tick) {
     const Pose X_OT = passing(1e-3 * tick, shell.radius, gap);
     for (const size_t with : {0, 1}) {
-      const int64_t begin = thread_cpu_ns();
-      const ShellAnswer answer =
-          find_touches(field, shell, X_OT, {}, with == 1 ? &coherence : nullptr, visited, touches);
-      passage.cpu_ns[with] += static_cast<double>(thread_cpu_ns() - begin) / kTicks;
+      ShellCoherence* const known = with == 1 ? &coherence : nullptr;
+      ShellAnswer answer;
+      const int64_t ns = cpu_ns_of(
+          [&] { answer = find_touches(field, shell, X_OT, {}, known, visited, touches); });
+      passage.cpu_ns[with] += static_cast<double>(ns) / kTicks;
       passage.tested[with] += static_cast<double>(answer.tested) / kTicks;
       if (answer.n > 0) throw std::logic_error("the tool of a near miss touches");
     }

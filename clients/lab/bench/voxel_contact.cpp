@@ -191,13 +191,9 @@ Course follow(Contest& contest, const std::function<Pose(double)>& path, int tic
 }
 
 void add_course(Rows& rows, const std::string& prefix, const Course& course) {
-  const std::vector<double>& times = course.times;
-  add_times(rows, prefix + "CPU", times, kGoalStep);
-  rows.add(prefix + "CPU p99.9", percentile(times, 99.9), "s");
-  double sum = 0;
-  for (const double time : times) sum += time;
-  const double rate = static_cast<double>(times.size()) / sum;
-  rows.add({{prefix + "contact rate", rate, "Hz", at_least(1 / kGoalStep)},
+  add_times(rows, prefix + "CPU", course.times, kGoalStep);
+  rows.add({{prefix + "CPU p99.9", percentile(course.times, 99.9), "s"},
+            {prefix + "contact rate", 1 / mean_of(course.times), "Hz", at_least(1 / kGoalStep)},
             {prefix + "points tested p50", percentile(course.tested, 50)},
             {prefix + "points tested max", percentile(course.tested, 100)},
             {prefix + "points touching p50", percentile(course.touching, 50)},
@@ -208,12 +204,9 @@ void add_course(Rows& rows, const std::string& prefix, const Course& course) {
 void add_peer(Rows& rows, const std::string& prefix, const Course& course) {
   const auto asked = static_cast<double>(course.collides.size());
   rows.add(prefix + "FCL says that they meet, of the poses", course.meeting / asked);
-  const double p50 = percentile(course.times, 50), p99 = percentile(course.times, 99);
-  for (const auto& [what, times] : {std::pair{"FCL, whether they meet", &course.collides},
-                                    std::pair{"FCL, how far they are apart", &course.distances}}) {
-    rows.add_beside(prefix + "CPU p50, beside", p50, "s", what, percentile(*times, 50));
-    rows.add_beside(prefix + "CPU p99, beside", p99, "s", what, percentile(*times, 99));
-  }
+  const std::string name = prefix + "CPU", beside = ", beside";
+  add_beside(rows, name, course.times, "FCL, whether they meet", course.collides, beside);
+  add_beside(rows, name, course.times, "FCL, how far they are apart", course.distances, beside);
 }
 
 /// Pressed in deep: without a budget, then with the one that meets the deadline.

@@ -57,7 +57,7 @@ std::vector<PeerBox> brick_wall() {
   return boxes;
 }
 
-/// Its shapes and our sim, pushed by the counters of a hand.
+/// The shapes of a wall and our sim of it, pushed by the counters of a hand.
 struct PushedWall {
   SessionConfig config;
   std::deque<MeshShapeData> owned;
@@ -131,11 +131,7 @@ void add_steps(const Options& options, const Rows& all) {
   rows.at_least("contacts, median", percentile(contacts, 50), "", kGoalContacts);
   add_times(rows, "sim step CPU", times, kGoalStep);
   for (size_t i = 0; i < peers.size() && peers[i]; ++i) {
-    const std::string& name = kinds[i].first;
-    rows.add_beside("sim step CPU p50", percentile(times, 50), "s", name,
-                    percentile(peer_times[i], 50));
-    rows.add_beside("sim step CPU p99", percentile(times, 99), "s", name,
-                    percentile(peer_times[i], 99));
+    add_beside(rows, "sim step CPU", times, kinds[i].first, peer_times[i]);
   }
 }
 

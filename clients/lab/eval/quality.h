@@ -72,7 +72,7 @@ class QualityProbe {
   uint64_t restless_ = 0;
 };
 
-/// Whether a renderer is held to the goals of a scene. Renderers whose method cannot reach them
+/// True if a renderer is held to the goals of a scene. Renderers whose method cannot reach them
 /// report their figures only; docs/judge.md says why.
 bool is_held_to(const QualityRenderer& renderer, QualityScene scene);
 

@@ -93,7 +93,7 @@ EvalGoals goals_of(const RendererEval& eval, const Subject& subject, bool has_an
   return goals;
 }
 
-/// Whether a tool at p_O overlaps a closed mesh, by every facet.
+/// True if a tool at p_O overlaps a closed mesh, by every facet.
 bool overlaps(const FacetBins& facets, const Vec3& p_O, double radius) {
   const TriangleMesh& mesh = facets.mesh();
   const double far = norm(mesh.upper - mesh.lower);

@@ -95,7 +95,7 @@ void RigidJudge::note_force(const Wrench& felt_W, const Wrench& reference_W) {
   reference_W_.push_back(reference_W.f);
 }
 
-/// Whether the tool would be inside somewhere on its way to the hand, except near its end, where
+/// True if the tool would be inside somewhere on its way to the hand, except near its end, where
 /// contact may lag behind. A point past a constraint plane but around a corner is free.
 bool RigidJudge::is_passed(const Pose& X_WG, const Twist& way, const Twist& hand) const {
   const double late = kBodyJamForce / options_.springs.translational;

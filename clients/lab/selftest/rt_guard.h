@@ -56,7 +56,7 @@ struct GuardReport {
   std::string explain() const;
 };
 
-/// Whether the interposed functions are linked into this program.
+/// True if the interposed functions are linked into this program.
 bool guard_hooks_linked() noexcept;
 
 struct GuardOptions {

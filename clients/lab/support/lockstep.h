@@ -34,12 +34,13 @@ class Lockstep {
   void kill_sim();
   /// The servo sees its scenes after so many ticks more, as while it maps a new segment.
   void restart_sim(uint64_t mapped_after = 0);
-  /// Likewise as after SIGSTOP and SIGCONT: it goes on with what it knew.
+  /// Sim makes no scenes in between, as between SIGSTOP and SIGCONT, and goes on with what it knew.
   void stop_sim() { has_sim_ = false; }
   void continue_sim() { has_sim_ = true; }
-  /// Likewise contact: it answers nothing until it begins anew, and knows nothing then.
+  /// Contact answers nothing until restart_contact(), from which it knows nothing of before.
   void kill_contact() { has_contact_ = false; }
-  /// Likewise as after SIGSTOP and SIGCONT: it goes on with what it knew.
+  /// Contact answers nothing in between, as between SIGSTOP and SIGCONT, and goes on with what it
+  /// knew.
   void stop_contact() { has_contact_ = false; }
   void continue_contact() { has_contact_ = true; }
   void restart_contact();

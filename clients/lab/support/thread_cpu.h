@@ -6,23 +6,23 @@
 
 namespace haptic {
 
-/// CPU time used by this thread so far [ns].
-inline int64_t thread_cpu_ns() {
+/// CPU time used so far by this thread, or by what another clock counts [ns].
+inline int64_t cpu_ns(clockid_t clock = CLOCK_THREAD_CPUTIME_ID) {
   timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  clock_gettime(clock, &t);
   return t.tv_sec * 1'000'000'000 + t.tv_nsec;
 }
 
-/// CPU time that this thread spends on some work [ns].
-int64_t cpu_ns_of(const auto& work) {
-  const int64_t begin = thread_cpu_ns();
+/// CPU time that some work takes, by the same clock [ns].
+int64_t cpu_ns_of(const auto& work, clockid_t clock = CLOCK_THREAD_CPUTIME_ID) {
+  const int64_t begin = cpu_ns(clock);
   work();
-  return thread_cpu_ns() - begin;
+  return cpu_ns(clock) - begin;
 }
 
-/// The same [s].
-double cpu_seconds_of(const auto& work) {
-  return 1e-9 * static_cast<double>(cpu_ns_of(work));
+/// CPU time that some work takes [s].
+double cpu_seconds_of(const auto& work, clockid_t clock = CLOCK_THREAD_CPUTIME_ID) {
+  return 1e-9 * static_cast<double>(cpu_ns_of(work, clock));
 }
 
 }  // namespace haptic

@@ -7,7 +7,7 @@
 #include "clients/library/histogram.h"
 #include "proto/os/realtime.h"
 
-/// How late a loop on the deadline clock wakes, and whether the machine caused it.
+/// Measures how late a loop on the deadline clock wakes, and finds out if the machine caused it.
 namespace haptic {
 
 struct LateWake {

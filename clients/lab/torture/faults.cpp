@@ -92,7 +92,7 @@ void FaultInjector::judge(const FaultInfo& info, const Inflicted& done, FaultOut
   }
 }
 
-/// Where there are bodies the hand holds one in every other turn, and presses it in between.
+/// In a session with bodies the hand holds one in every other turn and presses it in between.
 void FaultInjector::change_hands(FaultOutcome& outcome) {
   if (!session_.has_bodies() || n_faults_++ % kFaultsPerTurn != 0) return;
   const bool takes = n_faults_ / kFaultsPerTurn % 2 == 0;

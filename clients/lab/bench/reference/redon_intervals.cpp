@@ -18,7 +18,7 @@ bool may_be_within(const Interval3& normal, const Interval3& a, const Interval3&
   return dot(normal, cross(b - a, p - a)).hi >= 0;
 }
 
-/// Whether the foot of the common perpendicular may be on the edge: 0 ≤ numerator ≤ n·n.
+/// True if the foot of the common perpendicular may be on the edge: 0 ≤ numerator ≤ n·n.
 bool may_be_within(const Interval& numerator, const Interval& nn) {
   return numerator.hi >= 0 && numerator.lo <= nn.hi;
 }

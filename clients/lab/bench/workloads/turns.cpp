@@ -68,6 +68,20 @@ std::vector<double> fastest(const Contestant& contestant, size_t n) {
   return best;
 }
 
+double mean_of(const std::vector<double>& values) {
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+  return sum / static_cast<double>(std::max<size_t>(values.size(), 1));
+}
+
+void add_beside(Rows& rows, const std::string& name, const std::vector<double>& times,
+                const std::string& peer, const std::vector<double>& peer_times,
+                const std::string& after) {
+  for (const int q : {50, 99}) {
+    rows.add_beside(name + " p" + std::to_string(q) + after, percentile(times, q), "s", peer,
+                    percentile(peer_times, q));
+  }
+}
+
 void add_times(Rows& rows, const std::string& name, const std::vector<double>& times,
                std::optional<double> goal_p99) {
   rows.add({{name + " p50", percentile(times, 50), "s"},

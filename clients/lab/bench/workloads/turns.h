@@ -34,6 +34,14 @@ double median_ratio(const Contestant& a, const Contestant& b);
 /// The fastest round of each of n queries: the rest is due to the machine.
 std::vector<double> fastest(const Contestant& contestant, size_t n);
 
+/// The mean; 0 of none.
+double mean_of(const std::vector<double>& values);
+
+/// Rows "<name> p50<after>" and p99 of times beside those of a peer.
+void add_beside(Rows& rows, const std::string& name, const std::vector<double>& times,
+                const std::string& peer, const std::vector<double>& peer_times,
+                const std::string& after = "");
+
 /// Rows "<name> p50", p99, which may have a goal, and max.
 void add_times(Rows& rows, const std::string& name, const std::vector<double>& times,
                std::optional<double> goal_p99 = {});

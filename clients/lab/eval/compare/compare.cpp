@@ -241,7 +241,7 @@ void write_eyes(TraceWriter& trace, const SessionConfig& config, const BakedSess
   for (uint32_t i = 0; i < config.n_objects; ++i) add(i);
 }
 
-/// What is measured of a column.
+/// A figure of a column: its metric in rows, its head in the table, its unit and its value.
 struct Measure {
   const char *metric, *head, *unit;
   double CompareFigures::*value;

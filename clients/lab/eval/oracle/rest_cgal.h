@@ -22,10 +22,10 @@ class WayJudge {
   explicit WayJudge(const TriangleMesh& mesh);
   ~WayJudge();
 
-  /// Whether a point lies inside the mesh or on its surface.
+  /// True if a point lies inside the mesh or on its surface.
   bool holds(const Vec3& p_O) const;
 
-  /// Whether the segment begins outside and meets no triangle.
+  /// True if the segment begins outside and meets no triangle.
   bool is_free(const Vec3& from_O, const Vec3& to_O) const;
 
   /// The best of `directions` random directions from the proxy towards the tool: a free segment of

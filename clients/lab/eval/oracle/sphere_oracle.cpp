@@ -160,7 +160,7 @@ std::optional<Rest> newton(std::span<const Obstacle> pushing, const Long3& from,
   return std::nullopt;
 }
 
-/// Whether a solution of Newton's method is a minimum: every obstacle pushes, and the curvature
+/// True if a solution of Newton's method is a minimum: every obstacle pushes, and the curvature
 /// along them is positive.
 bool is_minimum(std::span<const Obstacle> pushing, const Rest& rest) {
   for (size_t i = 0; i < pushing.size(); ++i) {

@@ -35,7 +35,7 @@ struct Lab {
     REQUIRE(answer.converged);
     return answer;
   }
-  /// How exact a foot is [m].
+  /// The largest error that a foot may have [m].
   double exact() const { return radius > 0 ? tol(1e-12) : 1e-14; }
 
   MeshShapeData made;
