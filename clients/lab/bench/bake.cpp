@@ -42,7 +42,8 @@ Times least_times(int rounds, const std::function<void()>& prepare,
     progress.at(i);
     prepare();
     const int64_t start_ns = now_ns();
-    least.cpu = std::min(least.cpu, cpu_seconds_of(work, CLOCK_PROCESS_CPUTIME_ID));
+    const auto cpu_ns = static_cast<double>(ns_on(CLOCK_PROCESS_CPUTIME_ID, work));
+    least.cpu = std::min(least.cpu, 1e-9 * cpu_ns);
     least.wall = std::min(least.wall, 1e-9 * static_cast<double>(now_ns() - start_ns));
   }
   return least;
@@ -99,10 +100,8 @@ void all_rows(const Options& options, const Rows& all) {
 /// their size, and the whole shape mapped from the cache.
 Measured bench_bake(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--n", options->n, "of a height field of 2 n² triangles")
-      .range(2, 2000)
-      .show_default();
-  add_rounds(command, options->rounds, "the fastest counts");
+  add_counts(command, {{"--n", &options->n, "of a height field of 2 n² triangles", 2, 2000},
+                       rounds_of(options->rounds, "the fastest counts")});
   return measured(all_rows, options);
 }
 

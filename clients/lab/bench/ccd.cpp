@@ -272,8 +272,8 @@ Measured bench_ccd(Command& command) {
   }
   command.option("--queries FOLDER", options->queries, "folder of ground-truth queries")
       .show_default("those of tests/data");
-  command.option("--motions", options->motions, "of the two tori").range(1, 100000).show_default();
-  add_rounds(command, options->rounds, "alternations");
+  add_counts(command, {{"--motions", &options->motions, "of the two tori", 1, 100000},
+                       rounds_of(options->rounds, "alternations")});
   return measured(all_rows, options);
 }
 

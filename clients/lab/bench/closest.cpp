@@ -140,7 +140,7 @@ Measured bench_closest(Command& command) {
   const auto options = std::make_shared<Options>();
   options->meshes = meshes_folder();
   command.option("--meshes FOLDER", options->meshes, "folder with armadillo.off").show_default();
-  add_rounds(command, options->rounds, "passes over all points");
+  add_counts(command, {rounds_of(options->rounds, "passes over all points")});
   return measured(all_rows, options);
 }
 

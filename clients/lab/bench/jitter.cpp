@@ -89,9 +89,8 @@ void all_rows(const Options& options, const Rows& all) {
 /// Wake-up lateness of the servo's clock, in alternation with cyclictest.
 Measured bench_jitter(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--pairs", options->pairs, "rounds of servo, cyclictest and hybrid")
-      .range(1, 1000)
-      .show_default();
+  add_counts(command,
+             {{"--pairs", &options->pairs, "rounds of servo, cyclictest and hybrid", 1, 1000}});
   command
       .quantity("--for", options->seconds, Dimension::kTime, {1, 3600},
                 "of each window, rounded up to whole seconds", "s")

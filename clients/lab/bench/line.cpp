@@ -102,7 +102,7 @@ Measured bench_line(Command& command) {
       .required();
   command.quantity("--for", options->seconds, Dimension::kTime, {0.1, 3600}, "of asking", "s")
       .show_default();
-  command.option("--motors", options->motors, "numbers in a line").range(1, 6).show_default();
+  add_counts(command, {{"--motors", &options->motors, "numbers in a line", 1, 6}});
   return measured(all_rows, options);
 }
 

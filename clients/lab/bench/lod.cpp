@@ -165,9 +165,7 @@ Measured bench_lod(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--pair PAIR", options->pairs, "bolt, teeth or joint; several may be given")
       .one_of(kLodPairs);
-  command.option("--ticks", options->ticks, "of 1 ms, for each pair")
-      .range(1, 1'000'000)
-      .show_default();
+  add_counts(command, {{"--ticks", &options->ticks, "of 1 ms, for each pair", 1, 1'000'000}});
   command.quantity("--threshold", options->threshold, Dimension::kLength, {0, 10e-3},
                    "haptic error beyond which sensation refines", "m");
   return measured(run, options);

@@ -189,10 +189,8 @@ void all_rows(const Options& options, const Rows& all) {
 /// rounds for each query.
 Measured bench_penetration(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--poses", options->poses, "of each pair of hulls")
-      .range(100, 100000)
-      .show_default();
-  add_rounds(command, options->rounds, "alternations");
+  add_counts(command, {{"--poses", &options->poses, "of each pair of hulls", 100, 100000},
+                       rounds_of(options->rounds, "alternations")});
   return measured(all_rows, options);
 }
 

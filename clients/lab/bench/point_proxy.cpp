@@ -161,9 +161,8 @@ Measured bench_point_proxy(Command& command) {
       .quantities("--radius", options->radii, Dimension::kLength, {0, 0.05},
                   "of the proxy, as often as wanted; a number alone: metres", "m")
       .show_default();
-  command.option("--repetitions", options->repetitions, "the fastest of each tick counts")
-      .range(1, 100)
-      .show_default();
+  add_counts(command,
+             {{"--repetitions", &options->repetitions, "the fastest of each tick counts", 1, 100}});
   return measured(all_rows, options);
 }
 

@@ -178,8 +178,8 @@ Measured bench_proximity(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--case CASE", options->cases, "torus or bolt; several may be given")
       .one_of({"torus", "bolt"});
-  command.option("--torus-poses", options->torus_poses, "of 1 kHz").range(2, 100000).show_default();
-  command.option("--bolt-poses", options->bolt_poses, "of 1 kHz").range(2, 100000).show_default();
+  add_counts(command, {{"--torus-poses", &options->torus_poses, "of 1 kHz", 2, 100000},
+                       {"--bolt-poses", &options->bolt_poses, "of 1 kHz", 2, 100000}});
   return measured(all_rows, options);
 }
 

@@ -242,13 +242,10 @@ void all_rows(const Options& options, const Rows& all) {
 /// quadratic program and Bullet's Dantzig pivoting.
 Measured bench_qp(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--ticks", options->ticks, "questions of each kind")
-      .range(100, 1000000)
-      .show_default();
-  command.option("--exact-ticks", options->exact_ticks, "of them, also asked of CGAL")
-      .range(1, 100000)
-      .show_default();
-  add_rounds(command, options->rounds, "times each question is asked");
+  add_counts(command,
+             {{"--ticks", &options->ticks, "questions of each kind", 100, 1000000},
+              {"--exact-ticks", &options->exact_ticks, "of them, also asked of CGAL", 1, 100000},
+              rounds_of(options->rounds, "times each question is asked")});
   return measured(all_rows, options);
 }
 

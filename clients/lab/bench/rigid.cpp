@@ -228,15 +228,11 @@ Measured bench_rigid(Command& command) {
   options->meshes = meshes_folder();
   command.option("--scene SCENE", options->scenes, "bunny, peg or bolt; several may be given")
       .one_of({"bunny", "peg", "bolt"});
-  command.option("--frames", options->frames, "of 1 kHz, in each scene")
-      .range(1, 100'000'000)
-      .show_default();
-  command.option("--exact", options->exact, "poses checked exactly, at most")
-      .range(1, 100'000'000)
-      .show_default();
-  command.option("--rests", options->rests, "settled poses checked with all pairs, at most")
-      .range(1, 100'000'000)
-      .show_default();
+  add_counts(command,
+             {{"--frames", &options->frames, "of 1 kHz, in each scene", 1, 100'000'000},
+              {"--exact", &options->exact, "poses checked exactly, at most", 1, 100'000'000},
+              {"--rests", &options->rests, "settled poses checked with all pairs, at most", 1,
+               100'000'000}});
   command.option("--seed", options->seed, "of the hands").show_default();
   command.option("--meshes FOLDER", options->meshes, "folder with bunny00.off").show_default();
   return measured(all_rows, options);

@@ -323,7 +323,7 @@ void all_rows(const int& rounds, const Rows& all) {
 /// round; a figure is the median over the rounds.
 Measured bench_ring(Command& command) {
   const auto rounds = std::make_shared<int>(5);
-  add_rounds(command, *rounds, "alternations; medians are reported");
+  add_counts(command, {rounds_of(*rounds, "alternations; medians are reported")});
   return measured(all_rows, rounds);
 }
 

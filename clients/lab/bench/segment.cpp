@@ -294,13 +294,10 @@ Measured bench_segment(Command& command) {
       .option("--mesh", options->meshes,
               "bump:F (20 F² triangles), nano:N (2 N²), armadillo, bunny; as often as wanted")
       .check(problem_of_name);
-  command.option("--segments", options->segments, "segments a mesh")
-      .range(100, 10000000)
-      .show_default();
-  command.option("--checked", options->checked, "segments compared with brute force, a mesh")
-      .range(1, 1000000)
-      .show_default();
-  add_rounds(command, options->rounds, "times each segment is asked");
+  add_counts(command, {{"--segments", &options->segments, "segments a mesh", 100, 10000000},
+                       {"--checked", &options->checked,
+                        "segments compared with brute force, a mesh", 1, 1000000},
+                       rounds_of(options->rounds, "times each segment is asked")});
   return measured(all_rows, options);
 }
 

@@ -153,10 +153,10 @@ void all_rows(const Options& options, const Rows& all) {
 Measured bench_view(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--config FILE", options->config, "session file").show_default();
-  command.option("--viewers", options->viewers, "at 120 Hz").range(2, 90).show_default();
+  add_counts(command, {{"--viewers", &options->viewers, "at 120 Hz", 2, 90}});
   command.quantity("--for", options->seconds, Dimension::kTime, {0.2, 3600}, "of each window", "s")
       .show_default();
-  add_rounds(command, options->rounds, "of all cases in turn; medians are reported");
+  add_counts(command, {rounds_of(options->rounds, "of all cases in turn; medians are reported")});
   return measured(all_rows, options);
 }
 

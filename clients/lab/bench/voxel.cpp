@@ -12,6 +12,7 @@
 
 #include "clients/lab/bench/voxel_ceiling.h"
 #include "clients/lab/bench/voxel_contact.h"
+#include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/eval/scenes/workload.h"
 #include "clients/lab/support/scan.h"
 #include "clients/lab/support/thread_cpu.h"
@@ -20,7 +21,6 @@
 #include "contact/query/volume/shell_in_field.h"
 #include "contact/shape/mesh/mesh_topology.h"
 #include "proto/config/command_line.h"
-#include "proto/os/progress.h"
 
 namespace haptic {
 namespace {
@@ -117,42 +117,27 @@ PointshellData kept_inside(const Voxmap& map, const PointshellData& shell,
   return kept;
 }
 
-/// One of several ways through all points of a shell, with its rate in each round [1/µs].
-struct Way {
-  std::string name;
-  std::function<size_t(const ShellInVoxels&)> pass;
-  std::vector<double> rates = {};
-};
-
-/// Runs the ways in turn, in an order that rotates each round. Returns the sum of the hits.
-size_t take_turns(std::vector<Way>& ways, size_t n_points, std::span<const ShellInVoxels> poses,
-                  int rounds) {
-  const size_t passes = std::max(poses.size(), kPointsATurn / n_points);
-  size_t found = 0;
-  Progress progress("measuring", rounds);
-  for (size_t round = 0; round < static_cast<size_t>(rounds); ++round) {
-    progress.at(static_cast<double>(round));
-    for (size_t turn = 0; turn < ways.size(); ++turn) {
-      Way& way = ways[(round + turn) % ways.size()];
-      const int64_t ns = cpu_ns_of([&] {
-        for (size_t i = 0; i < passes; ++i) found += way.pass(poses[i % poses.size()]);
-      });
-      way.rates.push_back(1e3 * static_cast<double>(passes * n_points) /
-                          static_cast<double>(std::max<int64_t>(ns, 1)));
-    }
-  }
-  return found;
-}
-
-double median_ratio(const Way& a, const Way& b) {
-  std::vector<double> ratios(a.rates.size());
-  for (size_t i = 0; i < ratios.size(); ++i) ratios[i] = a.rates[i] / b.rates[i];
-  return median(ratios);
-}
-
 /// Prevents the compiler from removing an unused result.
 void keep(size_t value) {
   asm volatile("" : : "r"(value));
+}
+
+/// Passes of a turn through `n` points.
+size_t passes_of(size_t n) {
+  return std::max(kPoses, kPointsATurn / n);
+}
+
+/// Points of a shell of `n` that a way passes in a microsecond of CPU time, by the median round.
+double rate_of(const Contestant& way, size_t n) {
+  return 1e-6 * static_cast<double>(passes_of(n) * n) / median(way.chunks);
+}
+
+/// Lets the ways through all `n` points of a shell take turns by their CPU time, and adds the
+/// points a microsecond of each; a query is a pass at one of the poses.
+void add_rates(Rows& rows, const std::string& prefix, std::vector<Contestant>& ways, size_t n,
+               int rounds) {
+  take_turns(ways, passes_of(n), passes_of(n), rounds, CLOCK_THREAD_CPUTIME_ID);
+  for (const Contestant& way : ways) rows.add(prefix + way.name, rate_of(way, n), "1/µs");
 }
 
 /// One shell in one map.
@@ -169,42 +154,33 @@ void run_trial(const Trial& trial, int rounds, const Rows& all) {
   const auto n = static_cast<uint32_t>(shell.x.size());
   std::vector<VoxelHit> hits(n + 64);
   const std::vector<ShellInVoxels> poses = poses_in(map);
-  const auto scan = [&](ScanPath path) {
-    return [&, path](const ShellInVoxels& at) {
-      return scan_voxels(map, shell, at, 0, n, path, hits, 0);
-    };
+  const auto pass = [&](ScanPath path, size_t i) {
+    return scan_voxels(map, shell, poses[i % kPoses], 0, n, path, hits, 0);
   };
+  const auto scan = [&](ScanPath path) { return [&, path](size_t i) { keep(pass(path, i)); }; };
   const auto bare = [&](ScanPath path) {
-    return
-        [&, path](const ShellInVoxels& at) -> size_t { return gather_bare(map, shell, at, path); };
+    return [&, path](size_t i) { keep(gather_bare(map, shell, poses[i % kPoses], path)); };
   };
   const bool has_lanes = fastest_scan() == ScanPath::kLanes;
-  std::vector<Way> ways{{"scalar", scan(ScanPath::kScalar)},
-                        {"scalar ceiling", bare(ScanPath::kScalar)}};
+  std::vector<Contestant> ways{{"scalar", scan(ScanPath::kScalar)},
+                               {"scalar ceiling", bare(ScanPath::kScalar)}};
   if (has_lanes) {
     ways.push_back({"lanes", scan(ScanPath::kLanes)});
     ways.push_back({"ceiling", bare(ScanPath::kLanes)});
   }
-  keep(take_turns(ways, n, poses, rounds));
-
   Rows rows = all.of(trial.name);
   const std::string prefix = trial.name + ", ";
   size_t touching = 0;
-  for (const ShellInVoxels& at : poses) touching += scan(fastest_scan())(at);
+  for (size_t i = 0; i < kPoses; ++i) touching += pass(fastest_scan(), i);
   rows.add({{prefix + "points", n},
             {prefix + "points not free",
-             static_cast<double>(touching) / static_cast<double>(poses.size() * n)}});
-  for (const Way& way : ways) rows.add(prefix + way.name, median(way.rates), "1/µs");
-  rows.add(prefix + "scalar over its ceiling", median_ratio(ways[0], ways[1]));
-  if (!has_lanes) {
-    rows.note(prefix + "lanes", "LEFT OUT: this processor has no AVX2");
-    return;
-  }
-  const double ratio = median_ratio(ways[2], ways[3]), rate = median(ways[2].rates);
-  rows.at_least(prefix + "lanes over ceiling", ratio, "", kGoalOfCeiling);
-  if (trial.is_judged_rate) {
-    rows.at_least(prefix + "points tested", rate, "1/µs", kGoalRate);
-  }
+             static_cast<double>(touching) / static_cast<double>(kPoses * n)}});
+  add_rates(rows, prefix, ways, n, rounds);
+  rows.add(prefix + "scalar over its ceiling", median_ratio(ways[1], ways[0]));
+  if (!has_lanes) return rows.note(prefix + "lanes", "LEFT OUT: this processor has no AVX2");
+  rows.at_least(prefix + "lanes over ceiling", median_ratio(ways[3], ways[2]), "", kGoalOfCeiling);
+  if (!trial.is_judged_rate) return;
+  rows.at_least(prefix + "points tested", rate_of(ways[2], n), "1/µs", kGoalRate);
 }
 
 void run_map(const Options& options, uint32_t side, std::span<const PointshellData> shells,
@@ -234,20 +210,20 @@ void run_triangles(const Options& options, const Rows& all) {
   const auto n = static_cast<uint32_t>(shell.x.size());
   const uint32_t side = options.sides.front();
   std::vector<VoxelHit> hits(n + 64);
-  std::vector<Way> ways;
+  std::vector<Contestant> ways;
   std::vector<VoxmapData> maps;
   for (const uint32_t frequency : {options.coarse, options.fine}) {
     const MeshData mesh = bumpy_sphere(frequency, 1);
     maps.push_back(map_of(mesh, side));
     const Voxmap map = maps.back().view();
     ways.push_back({std::to_string(mesh.triangles.size()) + " triangles",
-                    [&hits, map, shell, n](const ShellInVoxels& at) {
-                      return scan_voxels(map, shell, at, 0, n, fastest_scan(), hits, 0);
+                    [&hits, map, shell, n, poses = poses_in(maps[0].view())](size_t i) {
+                      const ShellInVoxels& at = poses[i % kPoses];
+                      keep(scan_voxels(map, shell, at, 0, n, fastest_scan(), hits, 0));
                     }});
   }
-  keep(take_turns(ways, n, poses_in(maps.front().view()), options.rounds));
-  for (const Way& way : ways) rows.add(way.name, median(way.rates), "1/µs");
-  const double ratio = median_ratio(ways[1], ways[0]);
+  add_rates(rows, "", ways, n, options.rounds);
+  const double ratio = median_ratio(ways[0], ways[1]);
   rows.add("many over few triangles", ratio, "", 1 - kGoalTriangles,
            std::fabs(ratio - 1) <= kGoalTriangles);
 }
@@ -358,13 +334,10 @@ Measured bench_voxel(Command& command) {
       .range(8, 4096);
   command.option("--points", options->points, "of the shell; several may be given")
       .range(100, 4'000'000);
-  command.option("--coarse", options->coarse, "object of 20 f² triangles")
-      .range(1, 1500)
-      .show_default();
-  command.option("--fine", options->fine, "the same, finer").range(1, 1500).show_default();
-  command.option("--memory-side", options->memory_side, "voxels along the bunny, 0: none")
-      .range(0, 4096)
-      .show_default();
+  add_counts(command, {{"--coarse", &options->coarse, "object of 20 f² triangles", 1, 1500},
+                       {"--fine", &options->fine, "the same, finer", 1, 1500},
+                       {"--memory-side", &options->memory_side, "voxels along the bunny, 0: none",
+                        0, 4096}});
   BenchVoxelContactOptions& contact = options->contact;
   command
       .option("--pair PAIR", contact.pairs,
@@ -372,10 +345,8 @@ Measured bench_voxel(Command& command) {
       .one_of({"bolt", "free-bolt", "peg", "jaws"});
   command.number("--coarser", contact.coarser, {1, 100}, "times that their voxels and points are")
       .show_default();
-  command.option("--ticks", contact.ticks, "contact steps of a pair")
-      .range(100, 1'000'000)
-      .show_default();
-  add_rounds(command, options->rounds, "alternations; medians are reported");
+  add_counts(command, {{"--ticks", &contact.ticks, "contact steps of a pair", 100, 1'000'000},
+                       rounds_of(options->rounds, "alternations; medians are reported")});
   return measured(all_rows, options);
 }
 

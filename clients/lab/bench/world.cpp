@@ -203,14 +203,12 @@ void all_rows(const Options& options, const Rows& all) {
 /// without, in turns: the servo's work and the rate of contact.
 Measured bench_world(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--ticks", options->ticks, "of 1 ms, of the wall")
-      .range(100, 10'000'000)
-      .show_default();
+  add_counts(command, {{"--ticks", &options->ticks, "of 1 ms, of the wall", 100, 10'000'000}});
   command.option("--config FILE", options->config, "session file whose objects have mass")
       .show_default();
   command.quantity("--for", options->seconds, Dimension::kTime, {0.2, 3600}, "of each session", "s")
       .show_default();
-  add_rounds(command, options->rounds, "of sessions in turn; medians are reported");
+  add_counts(command, {rounds_of(options->rounds, "of sessions in turn; medians are reported")});
   return measured(all_rows, options);
 }
 

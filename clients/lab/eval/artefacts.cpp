@@ -53,7 +53,7 @@ void judge_edge(const ArtefactRun& run, bool is_penalty, Rows& rows) {
     rows.add("edge of a block: largest step of the force in a tick", run.largest_step(), "N", turn,
              share_off(run.largest_step(), turn) <= kAgrees);
   } else {
-    const double beyond = run.largest_step_beyond(kEdgeStiffness);
+    const double beyond = run.largest_step(kEdgeStiffness);
     rows.add({{"edge of a block: largest step of the force in a tick", run.largest_step(), "N"},
               {"edge of a block: step beyond stiffness times motion", beyond, "N", at_most(1e-9)}});
   }
@@ -61,7 +61,7 @@ void judge_edge(const ArtefactRun& run, bool is_penalty, Rows& rows) {
 
 void judge_plate(const ArtefactRun& run, bool is_penalty, Rows& rows) {
   const double half = 0.5 * kPlateStiffness * kPlateWidth, whole = kPlateStiffness * kPlateEnd;
-  const double resists = run.most_resisting(), helps = run.most_helping();
+  const double resists = run.most_along({0, 0, 1}), helps = run.most_along({0, 0, -1});
   const double at_end = run.force_W.back().z;
   const double wanted = is_penalty ? half : whole;
   rows.add(
@@ -82,11 +82,7 @@ Series force_along(const std::string& name, const ArtefactRun& run) {
 
 }  // namespace
 
-double ArtefactRun::largest_step() const {
-  return largest_step_beyond(0);
-}
-
-double ArtefactRun::largest_step_beyond(double stiffness) const {
+double ArtefactRun::largest_step(double stiffness) const {
   double largest = 0;
   for (size_t i = 1; i < force_W.size(); ++i) {
     const double allowed = stiffness * norm(tool_W[i] - tool_W[i - 1]);
@@ -95,15 +91,9 @@ double ArtefactRun::largest_step_beyond(double stiffness) const {
   return largest;
 }
 
-double ArtefactRun::most_resisting() const {
+double ArtefactRun::most_along(const Vec3& direction) const {
   double most = 0;
-  for (const Vec3& f : force_W) most = std::max(most, f.z);
-  return most;
-}
-
-double ArtefactRun::most_helping() const {
-  double most = 0;
-  for (const Vec3& f : force_W) most = std::max(most, -f.z);
+  for (const Vec3& f : force_W) most = std::max(most, dot(f, direction));
   return most;
 }
 

@@ -27,10 +27,10 @@ struct ArtefactRun {
   std::vector<double> t;  // [s]
   std::vector<Vec3> tool_W, force_W;
 
-  double largest_step() const;                         // largest change of force in one tick [N]
-  double largest_step_beyond(double stiffness) const;  // beyond stiffness times tool motion [N]
-  double most_resisting() const;                       // largest force against the motion, +z [N]
-  double most_helping() const;  // largest force along the motion, −z, as a positive number [N]
+  /// Largest change of force in one tick beyond stiffness times tool motion [N].
+  double largest_step(double stiffness = 0) const;
+  /// Largest force along this direction [N].
+  double most_along(const Vec3& direction) const;
 };
 ArtefactRun run_artefact(ArtefactScene scene, Renderer renderer);
 

@@ -155,7 +155,7 @@ void eval_moving(const MovingEval& eval, const Rows& all) {
 
 Measured suite_moving(Command& command) {
   const auto eval = std::make_shared<MovingEval>();
-  command.option("--scenes", eval->scenes, "how many").range(1, 1'000'000).show_default();
+  add_counts(command, {{"--scenes", &eval->scenes, "how many", 1, 1'000'000}});
   add_lockstep(command, eval->lockstep);
   return measured(eval_moving, eval);
 }

@@ -129,9 +129,7 @@ void add_renderer_options(Command& command, RendererEval& judged) {
       .quantity("--max-force", judged.max_force, Dimension::kForce, {0.1, 1e3},
                 "limit of the device; a number without unit is in N", "N")
       .show_default();
-  command.option("--ticks", judged.ticks, "length of the tool's path")
-      .range(1, 10'000'000)
-      .show_default();
+  add_counts(command, {{"--ticks", &judged.ticks, "length of the tool's path", 1, 10'000'000}});
   command.option("--trace FILE", judged.trace, "a recorded hand instead of the mesh's own path");
   add_plot(command, judged.plot, "draw force, error and ripple into this file");
 }

@@ -109,12 +109,9 @@ void eval_bode(const BodeOptions& options, const Rows& all) {
 
 Measured prepare_bode(Command& command) {
   const auto options = std::make_shared<BodeOptions>();
-  command.option("--delay", options->delay, "ticks by which each force comes late")
-      .range(0, 400)
-      .show_default();
-  command.option("--periods", options->periods, "averaged; a period is a thousand ticks")
-      .range(1, 1000)
-      .show_default();
+  add_counts(command,
+             {{"--delay", &options->delay, "ticks by which each force comes late", 0, 400},
+              {"--periods", &options->periods, "averaged; a period is a thousand ticks", 1, 1000}});
   add_coupling_options(command, options->axis);
   add_axis_options(command, options->axis);
   return measured(eval_bode, options);

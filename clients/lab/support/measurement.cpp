@@ -38,9 +38,13 @@ void add_measurements(Command& command, const std::string& full_name,
   }
 }
 
-Option add_rounds(Command& command, int& rounds, const std::string& help) {
-  constexpr int kMost = 1000;
-  return command.option("--rounds", rounds, help).range(1, kMost).show_default();
+void add_counts(Command& command, std::initializer_list<Count> counts) {
+  for (const Count& count : counts) {
+    const auto add = [&](auto* number) {
+      command.option(count.name, *number, count.help).range(count.low, count.high).show_default();
+    };
+    std::visit(add, count.value);
+  }
 }
 
 }  // namespace haptic

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <ostream>
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "clients/report/report.h"
@@ -48,7 +51,17 @@ void measure_by(Command& command, Prepare* prepare);
 void add_measurements(Command& command, const std::string& full_name,
                       std::span<const Measurement> table);
 
-/// Option --rounds; the present value is the default.
-Option add_rounds(Command& command, int& rounds, const std::string& help);
+/// An option that counts something within these limits; its present value is the default.
+struct Count {
+  std::string name;
+  std::variant<int*, uint32_t*, uint64_t*> value;
+  std::string help;
+  int64_t low, high;
+};
+void add_counts(Command& command, std::initializer_list<Count> counts);
+/// Option --rounds, of up to a thousand.
+inline Count rounds_of(int& rounds, const std::string& help) {
+  return {"--rounds", &rounds, help, 1, 1000};
+}
 
 }  // namespace haptic

@@ -26,15 +26,10 @@ SessionConfig OfflineSession::load() const {
 }
 
 void add_lockstep(Command& command, LockstepOptions& lockstep) {
-  command
-      .option("--contact-period", lockstep.contact_period, "servo ticks between two contact steps")
-      .range(1, 1000)
-      .show_default();
-  command
-      .option("--contact-latency", lockstep.contact_latency,
-              "ticks until an answer is visible; 0: within the tick")
-      .range(0, 1000)
-      .show_default();
+  add_counts(command, {{"--contact-period", &lockstep.contact_period,
+                        "servo ticks between two contact steps", 1, 1000},
+                       {"--contact-latency", &lockstep.contact_latency,
+                        "ticks until an answer is visible; 0: within the tick", 0, 1000}});
 }
 
 void add_offline_session(Command& command, OfflineSession& session) {

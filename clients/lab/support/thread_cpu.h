@@ -6,23 +6,23 @@
 
 namespace haptic {
 
-/// CPU time used so far by this thread, or by what another clock counts [ns].
-inline int64_t cpu_ns(clockid_t clock = CLOCK_THREAD_CPUTIME_ID) {
-  timespec t{};
-  clock_gettime(clock, &t);
-  return t.tv_sec * 1'000'000'000 + t.tv_nsec;
-}
-
-/// CPU time that some work takes, by the same clock [ns].
-int64_t cpu_ns_of(const auto& work, clockid_t clock = CLOCK_THREAD_CPUTIME_ID) {
-  const int64_t begin = cpu_ns(clock);
+/// Time that some work takes on a clock [ns].
+int64_t ns_on(clockid_t clock, const auto& work) {
+  timespec begin{}, end{};
+  clock_gettime(clock, &begin);
   work();
-  return cpu_ns(clock) - begin;
+  clock_gettime(clock, &end);
+  return (end.tv_sec - begin.tv_sec) * 1'000'000'000 + end.tv_nsec - begin.tv_nsec;
 }
 
-/// CPU time that some work takes [s].
-double cpu_seconds_of(const auto& work, clockid_t clock = CLOCK_THREAD_CPUTIME_ID) {
-  return 1e-9 * static_cast<double>(cpu_ns_of(work, clock));
+/// CPU time that this thread spends on some work [ns].
+int64_t cpu_ns_of(const auto& work) {
+  return ns_on(CLOCK_THREAD_CPUTIME_ID, work);
+}
+
+/// CPU time that this thread spends on some work [s].
+double cpu_seconds_of(const auto& work) {
+  return 1e-9 * static_cast<double>(cpu_ns_of(work));
 }
 
 }  // namespace haptic

@@ -237,24 +237,17 @@ std::string cell(const std::optional<int64_t>& ns) {
 
 /// The documented effect of a kind of fault, in words.
 std::string stated(const FaultInfo& info) {
-  const std::string whole =
-      info.goal_ns == 0 ? "" : "whole in " + readable(seconds(info.goal_ns), "s");
-  switch (info.effect) {
-    case Effect::kLies:
-      return "within limits, no fast rise";
-    case Effect::kLimits:
-      return "within limits";
-    case Effect::kNothing:
-      return "nothing changes" + (whole.empty() ? "" : ", " + whole);
-    case Effect::kFade:
-      return "zero in 150 ms" + (whole.empty() ? "" : ", " + whole);
-    case Effect::kZero:
-      return "zero in " + readable(seconds(info.zero_ns), "s") +
-             (whole.empty() ? "" : ", " + whole);
-    case Effect::kSilence:
-      break;
-  }
-  return "zero first on return";
+  // in the order of Effect
+  constexpr std::array kWords{"within limits, no fast rise",
+                              "within limits",
+                              "nothing changes",
+                              "zero in 150 ms",
+                              "zero in ",
+                              "zero first on return"};
+  std::string text = kWords[static_cast<size_t>(info.effect)];
+  if (info.effect == Effect::kZero) text += readable(seconds(info.zero_ns), "s");
+  if (info.goal_ns != 0) text += ", whole in " + readable(seconds(info.goal_ns), "s");
+  return text;
 }
 
 void print_kinds(const Result& result, bool six) {

@@ -8,7 +8,8 @@ namespace {
 
 /// Bounds of a corner's position over an interval of time.
 Interval3 place_of(const SweptPoint& corner, const Interval& time) {
-  return corner.from + time * (Interval3(corner.to) - corner.from);
+  const Interval3 from = widened<Interval>(corner.from);
+  return from + time * (widened<Interval>(corner.to) - from);
 }
 
 /// Returns false only if p is certainly outside the edge from a to b of a triangle with this

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <ctime>
 #include <functional>
 #include <optional>
 #include <string>
@@ -24,9 +25,10 @@ struct Contestant {
 };
 
 /// Lets the contestants take turns at chunks of the n queries, in an order shuffled for each chunk,
-/// so that neither a busy machine nor the cache contents favour one. Each query is timed by itself;
-/// the cost of reading the clock is subtracted.
-void take_turns(std::vector<Contestant>& contestants, size_t n, size_t chunk, int rounds);
+/// so that neither a busy machine nor the cache contents favour one. Each query is timed by itself,
+/// on this clock; the cost of reading it is subtracted.
+void take_turns(std::vector<Contestant>& contestants, size_t n, size_t chunk, int rounds,
+                clockid_t clock = CLOCK_MONOTONIC);
 
 /// Median over the chunks of a's time divided by b's.
 double median_ratio(const Contestant& a, const Contestant& b);

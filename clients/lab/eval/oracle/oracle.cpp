@@ -14,7 +14,7 @@ constexpr long double kWay = 1e-9L;  // [m]; a shorter way away from a vertex is
 }  // namespace
 
 void GodObjectOracle::seed(const Vec3& p_O) {
-  g_ = widened(p_O);
+  g_ = widened<long double>(p_O);
 }
 
 GodObjectOracle::Stop GodObjectOracle::first_stop(const Long3& from, const Long3& to) const {
@@ -96,7 +96,7 @@ bool GodObjectOracle::leave(const Long3& tool) {
 }
 
 OracleAnswer GodObjectOracle::follow(const Vec3& tool_O) {
-  const Long3 tool = widened(tool_O);
+  const Long3 tool = widened<long double>(tool_O);
   constexpr double kBallSlack = 1e-9;
   near_ = facets_.within(tool_O, static_cast<double>(norm(tool - g_)) + kBallSlack);
   std::vector<const Facet*> stops;  // facets that stopped it at its present place

@@ -198,7 +198,7 @@ SphereOracle::SphereOracle(const FacetBins& facets, double radius)
 }
 
 void SphereOracle::seed(const Vec3& p_O) {
-  g_ = widened(p_O);
+  g_ = widened<long double>(p_O);
 }
 
 void SphereOracle::stop_at_facet(uint32_t triangle, const Long3& from, const Long3& d,
@@ -295,7 +295,7 @@ std::optional<NearestInWalls> SphereOracle::minimum_over(std::span<const Obstacl
 }
 
 OracleAnswer SphereOracle::follow(const Vec3& tool_O) {
-  const Long3 tool = widened(tool_O);
+  const Long3 tool = widened<long double>(tool_O);
   const auto ball = static_cast<double>(norm(tool - g_) + radius_) + kBallSlack;
   near_ = facets_.within(tool_O, ball);
   std::vector<Obstacle> stops;    // obstacles that stopped it at its present place

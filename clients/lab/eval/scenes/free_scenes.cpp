@@ -2,8 +2,8 @@
 #include "clients/lab/eval/scenes/free_scenes.h"
 
 #include <cmath>
-#include <random>
 
+#include "clients/lab/support/dice.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "contact/bake/convex/piece_tree.h"
 #include "contact/bake/volume.h"
@@ -76,10 +76,11 @@ void bake_scene(FreeScene& scene) {
 
 namespace {
 
-Soup bumpy_ball(double radius, uint32_t subdivisions, std::mt19937_64& random) {
-  std::uniform_real_distribution<double> rate(5, 10), phase(0, 2 * kPi);
-  const Vec3 rates{rate(random), rate(random), rate(random)};
-  const Vec3 phases{phase(random), phase(random), phase(random)};
+Soup bumpy_ball(double radius, uint32_t subdivisions, Dice& dice) {
+  const auto drawn = [&](double low, double high) {
+    return Vec3{dice.uniform(low, high), dice.uniform(low, high), dice.uniform(low, high)};
+  };
+  const Vec3 rates = drawn(5, 10), phases = drawn(0, 2 * kPi);
   Soup soup = make_icosphere(radius, subdivisions);
   for (Vec3& v : soup.vertices) {
     const Vec3 u = (1 / radius) * v;
@@ -110,13 +111,13 @@ FreeScene peg_over_hole() {
 }
 
 FreeScene bumpy_balls(uint64_t seed) {
-  std::mt19937_64 random(seed);
+  Dice dice(seed);
   FreeScene scene;
   scene.name = "bumpy balls";
   scene.config = scene_session(1);
   set_voxels(kMm, 2, scene.config.voxel);
-  scene.objects = {bumpy_ball(40 * kMm, 3, random)};
-  scene.tool = bumpy_ball(15 * kMm, 2, random);
+  scene.objects = {bumpy_ball(40 * kMm, 3, dice)};
+  scene.tool = bumpy_ball(15 * kMm, 2, dice);
   scene.over = kMm * Vec3{3, -2, 100};
   bake_scene(scene);
   return scene;
