@@ -125,9 +125,8 @@ Measured prepare_session(Command& command) {
 void add_eval_command(Command& app) {
   Command command = add_elsewhere(app, "eval");
   command.footer("Without a suite it plays a session; a suite has options of its own.");
-  command.example("hapt eval --trace hand.csv --plot hand.svg");
   add_measurements(command, "hapt eval", kSuites);
-  measure_by(command, prepare_session);
+  measure_by(command, prepare_session, "hapt eval --trace hand.csv --plot hand.svg");
   command.exclude_subcommands();
 }
 

@@ -2,10 +2,9 @@
 #include "clients/lab/eval/renderer.h"
 
 #include <memory>
-#include <variant>
 
 #include "clients/lab/eval/friction.h"
-#include "clients/lab/eval/oracle/sphere_oracle.h"
+#include "clients/lab/eval/oracle/oracle.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "clients/report/plot_svg.h"
@@ -15,8 +14,6 @@
 
 namespace haptic {
 namespace {
-
-using ProxyOracle = std::variant<GodObjectOracle, SphereOracle>;
 
 constexpr double kLockstepError = 1e-6;  // answered within the tick [N]
 constexpr double kLateError = 0.02;      // rms, answered one tick late [N]
@@ -117,8 +114,7 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
   Lockstep lockstep(config, shapes, hand, options);
   const FacetBins facets(shape.mesh);
   const double radius = config.renderer == Renderer::kVirtualProxy3 ? config.proxy_radius : 0;
-  ProxyOracle oracle = GodObjectOracle(facets);
-  if (radius > 0) oracle.emplace<SphereOracle>(facets, radius);
+  const std::unique_ptr<ProxyOracle> oracle = make_oracle(facets, radius);
   EvalJudge judge(config.coupling.translational_stiffness);
   Progress progress(name, static_cast<double>(ticks));
   for (uint64_t k = 0; k < ticks && lockstep.step(); ++k) {
@@ -128,11 +124,11 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
     const Vec3& tool = frame.X_WT.p;
     if (k == 0) {
       judge.begin(overlaps(facets, tool, radius));
-      std::visit([&](auto& o) { o.seed(tool); }, oracle);
+      oracle->seed(tool);
     }
-    const OracleAnswer truth = std::visit([&](auto& o) { return o.follow(tool); }, oracle);
+    const OracleAnswer truth = oracle->follow(tool);
     // on a broken mesh the oracle may be trapped: it restarts from the servo's proxy
-    if (!truth.converged) std::visit([&](auto& o) { o.seed(frame.X_WP.p); }, oracle);
+    if (!truth.converged) oracle->seed(frame.X_WP.p);
     JudgedPlace place;
     if (set != nullptr && norm(frame.X_WG.p - truth.proxy_O) < kNearby) {
       place.behind = behind_surface(facets, frame.X_WG.p, radius, kNearby);

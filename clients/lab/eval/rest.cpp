@@ -88,10 +88,10 @@ RestCount judge_rests(const Soup& soup, RestHand kind, double radius, const Rest
     if (radius > 0 || k % eval.every != 0 || force < kLeastForce) continue;
     ++count.judged;
     count.inside += ways.holds(frame.X_WG.p);
-    const FoundWay way =
+    const std::optional<double> way =
         ways.free_way(proxy, tool, kLeastGain / kProxyStiffness, eval.directions, seed + k);
-    count.caught += way.found;
-    const double gain = way.found ? kProxyStiffness * way.gain : 0;
+    count.caught += way.has_value();
+    const double gain = kProxyStiffness * way.value_or(0);
     if (gain > count.worst) count.worst = gain, count.of_force = force;
   }
   return count;

@@ -24,9 +24,6 @@ struct SurfacePoint {
   Vec3 p, normal;
 };
 
-/// A parametric surface.
-using Surface = std::function<SurfacePoint(double u, double v)>;
-
 SurfacePoint on_torus(double u, double v) {
   constexpr double kRing = 0.06, kTube = 0.02;
   const Vec3 out{std::cos(u), std::sin(u), 0};
@@ -77,6 +74,39 @@ void lead(RuffaldiWork& work, size_t ticks, const std::function<SurfacePoint(dou
   }
 }
 
+constexpr double kBallRadius = 0.05;  // [m]
+
+Soup make_bumps() {
+  Soup soup = make_grid(0.1, 400);
+  for (Vec3& v : soup.vertices) v = on_bumps(v.x, v.y).p;
+  return soup;
+}
+
+/// A surface: its mesh, its largest curvature [1/m], and where the probe is on it at t [s].
+struct Surface {
+  std::string_view name;
+  Soup (*make)();
+  double curvature;
+  SurfacePoint (*way)(double t);
+};
+constexpr std::array kSurfaces{
+    Surface{"plane", [] { return make_grid(0.1, 50); }, 0,
+            [](double t) {
+              const Vec3 p = flat_slide(t);
+              return SurfacePoint{{p.x, p.y, 0}, {0, 0, 1}};
+            }},
+    Surface{"sphere", [] { return make_icosphere(kBallRadius, 7); }, 1 / kBallRadius,
+            [](double t) {
+              return SurfacePoint{kBallRadius * sphere_direction(t), sphere_direction(t)};
+            }},
+    Surface{"torus", [] { return make_torus(900, 300); }, 1 / 0.02,
+            [](double t) { return on_torus(2 * kPi * 0.11 * t, 2 * kPi * 0.31 * t); }},
+    Surface{"bumpy", make_bumps, 2e-3 * (60 * 60 + 20 * 20) + 1e-3 * (80 * 80 + 70 * 70),
+            [](double t) {
+              const Vec3 p = flat_slide(t);
+              return on_bumps(p.x, p.y);
+            }}};
+
 /// Root of the mean of error(k) over the samples in contact.
 template <typename Error>
 double rms_of(const std::vector<TrajSample>& probe, Error error) {
@@ -93,39 +123,15 @@ double rms_of(const std::vector<TrajSample>& probe, Error error) {
 }  // namespace
 
 RuffaldiWork make_ruffaldi_work(const std::string& surface, size_t ticks) {
-  RuffaldiWork work;
-  double curvature = 0;  // the largest [1/m]
-  if (surface == "plane") {
-    work.soup = make_grid(0.1, 50);
-    lead(work, ticks, [](double t) {
-      const Vec3 p = flat_slide(t);
-      return SurfacePoint{{p.x, p.y, 0}, {0, 0, 1}};
-    });
-  } else if (surface == "sphere") {
-    constexpr double kRadius = 0.05;
-    work.soup = make_icosphere(kRadius, 7);
-    curvature = 1 / kRadius;
-    lead(work, ticks, [](double t) {
-      return SurfacePoint{kRadius * sphere_direction(t), sphere_direction(t)};
-    });
-  } else if (surface == "torus") {
-    work.soup = make_torus(900, 300);
-    curvature = 1 / 0.02;
-    lead(work, ticks, [](double t) { return on_torus(2 * kPi * 0.11 * t, 2 * kPi * 0.31 * t); });
-  } else if (surface == "bumpy") {
-    work.soup = make_grid(0.1, 400);
-    for (Vec3& v : work.soup.vertices) v = on_bumps(v.x, v.y).p;
-    curvature = 2e-3 * (60 * 60 + 20 * 20) + 1e-3 * (80 * 80 + 70 * 70);
-    lead(work, ticks, [](double t) {
-      const Vec3 p = flat_slide(t);
-      return on_bumps(p.x, p.y);
-    });
-  } else {
+  const auto kind = std::ranges::find(kSurfaces, surface, &Surface::name);
+  if (kind == kSurfaces.end()) {
     throw std::runtime_error("--surface " + surface +
                              ": unknown; give plane, sphere, torus or bumpy");
   }
+  RuffaldiWork work{kind->make(), {}, {}, 0};
+  lead(work, ticks, kind->way);
   const double h = longest_edge(work.soup);
-  work.facet_error = kRuffaldiStiffness * h * h * curvature / 8;
+  work.facet_error = kRuffaldiStiffness * h * h * kind->curvature / 8;
   return work;
 }
 

@@ -94,9 +94,7 @@ Measured prepare_selftest(Command& command) {
 }  // namespace
 
 void add_selftest_command(Command& app) {
-  Command command = add_elsewhere(app, "selftest");
-  measure_by(command, prepare_selftest);
-  command.example("hapt selftest --config plane.toml");
+  measure_by(add_elsewhere(app, "selftest"), prepare_selftest, "hapt selftest --config plane.toml");
 }
 
 }  // namespace haptic

@@ -120,9 +120,8 @@ Measured prepare_bode(Command& command) {
 }  // namespace
 
 void add_bode_command(Command& app) {
-  Command command = add_elsewhere(app, "bode");
-  measure_by(command, prepare_bode);
-  command.example("hapt bode --config plane.toml --delay 1 -o bode.svg");
+  measure_by(add_elsewhere(app, "bode"), prepare_bode,
+             "hapt bode --config plane.toml --delay 1 -o bode.svg");
 }
 
 }  // namespace haptic

@@ -61,9 +61,8 @@ Measured prepare_passivity(Command& command) {
 }  // namespace
 
 void add_passivity_command(Command& app) {
-  Command command = add_elsewhere(app, "passivity");
-  measure_by(command, prepare_passivity);
-  command.example("hapt passivity --config bunny.toml --stiffness \"1200 N/m\" -o margin.svg");
+  measure_by(add_elsewhere(app, "passivity"), prepare_passivity,
+             "hapt passivity --config bunny.toml --stiffness \"1200 N/m\" -o margin.svg");
 }
 
 }  // namespace haptic

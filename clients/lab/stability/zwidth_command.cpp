@@ -143,9 +143,8 @@ Measured prepare_zwidth(Command& command) {
 }  // namespace
 
 void add_zwidth_command(Command& app) {
-  Command command = add_elsewhere(app, "zwidth");
-  measure_by(command, prepare_zwidth);
-  command.example("hapt zwidth --config plane.toml --hand none typical --delay 0 1 -o zwidth.svg");
+  measure_by(add_elsewhere(app, "zwidth"), prepare_zwidth,
+             "hapt zwidth --config plane.toml --hand none typical --delay 0 1 -o zwidth.svg");
 }
 
 }  // namespace haptic

@@ -9,10 +9,11 @@
 
 namespace haptic {
 
-void measure_by(Command& command, Prepare* prepare) {
+void measure_by(Command command, Prepare* prepare, const std::string& example) {
   const auto json = std::make_shared<bool>(false);
   const Measured measured = prepare(command);
   add_json(command, *json);
+  command.example(example);
   command.action([json, measured] {
     Report report;
     measured(report);
@@ -32,9 +33,7 @@ void add_measurements(Command& command, const std::string& full_name,
   for (const Measurement& row : table) {
     std::string name = row.name;
     std::ranges::replace(name, '_', '-');
-    Command of_it = command.subcommand(name, row.help);
-    measure_by(of_it, row.prepare);
-    of_it.example(full_name + " " + name + " --json");
+    measure_by(command.subcommand(name, row.help), row.prepare, full_name + " " + name + " --json");
   }
 }
 

@@ -44,8 +44,8 @@ struct Measurement {
 };
 
 /// Makes a command of the measurement: it prints the rows as a table, or as JSON with --json, and
-/// ends with exit code 1 where one misses its goal.
-void measure_by(Command& command, Prepare* prepare);
+/// ends with exit code 1 where one misses its goal. Its help shows the example.
+void measure_by(Command command, Prepare* prepare, const std::string& example);
 
 /// A subcommand for each row.
 void add_measurements(Command& command, const std::string& full_name,

@@ -64,13 +64,12 @@ bool WayJudge::is_free(const Vec3& from_O, const Vec3& to_O) const {
          !holds(from_O);
 }
 
-FoundWay WayJudge::free_way(const Vec3& proxy_O, const Vec3& tool_O, double least, int directions,
-                            uint64_t seed) const {
+std::optional<double> WayJudge::free_way(const Vec3& proxy_O, const Vec3& tool_O, double least,
+                                         int directions, uint64_t seed) const {
   Dice dice(seed);
   const Vec3 way_O = tool_O - proxy_O;
   const double far = norm(way_O);
-  FoundWay best;
-  best.gain = least;
+  std::optional<double> best;
   for (int i = 0; i < directions; ++i) {
     Vec3 d_O = dice.direction();
     if (dot(d_O, way_O) < 0) d_O = -1.0 * d_O;
@@ -80,7 +79,7 @@ FoundWay WayJudge::free_way(const Vec3& proxy_O, const Vec3& tool_O, double leas
       const Vec3 end_O = proxy_O + s * d_O;
       if (s <= kFirst || !is_free(proxy_O + kFirst * d_O, end_O)) break;
       const double gain = far - norm(tool_O - end_O);
-      if (gain > best.gain) best = {true, end_O, gain};
+      if (gain > best.value_or(least)) best = gain;
       if (s < length) break;
     }
   }
