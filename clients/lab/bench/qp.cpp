@@ -137,11 +137,8 @@ std::vector<Contestant> contestants_of(std::span<Solver> solvers, const Work& wo
 
 /// Compared with Bullet's pivoting; both get A and b ready-made.
 void bench_dantzig(Rows& rows, const Work& work, size_t n, const Options& options) {
-  const std::unique_ptr<DantzigPeer> bullet = make_bullet_dantzig();
-  if (!bullet) {
-    rows.note("Bullet's Dantzig", kLeftOut);
-    return;
-  }
+  const DantzigPeer bullet = make_bullet_dantzig();
+  if (!bullet) return rows.note("Bullet's Dantzig", kLeftOut);
   struct Lcp {
     std::vector<double> A, b;
   };
@@ -163,7 +160,7 @@ void bench_dantzig(Rows& rows, const Work& work, size_t n, const Options& option
   std::vector<Contestant> contestants{
       {"pivoting on a ready matrix",
        [&](size_t i) { own.solve(LcpMethod::kPivoting, lcps[i].A, lcps[i].b); }},
-      {"Bullet's Dantzig", [&](size_t i) { failed += !bullet->solve(lcps[i].A, lcps[i].b, f); }}};
+      {"Bullet's Dantzig", [&](size_t i) { failed += !bullet(lcps[i].A, lcps[i].b, f); }}};
   take_turns(contestants, ticks, kChunk, options.rounds);
   add_beside(rows, contestants[0].name, contestants[0].times, contestants[1].name,
              contestants[1].times);

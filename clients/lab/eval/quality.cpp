@@ -139,15 +139,8 @@ Wrench QualityProbe::operator()(const Pose& X_WT) {
 }
 
 bool is_held_to(const QualityRenderer& renderer, QualityScene scene) {
-  switch (renderer.detector) {
-    case QualityDetector::kField:
-      return true;
-    case QualityDetector::kExact:
-      return scene == QualityScene::kConeOnPlane;
-    case QualityDetector::kTangentPlanes:
-      break;
-  }
-  return false;
+  return renderer.detector == QualityDetector::kField ||
+         (renderer.detector == QualityDetector::kExact && scene == QualityScene::kConeOnPlane);
 }
 
 void eval_quality(QualityScene scene, const QualityRenderer& renderer, const QualityShapes& shapes,

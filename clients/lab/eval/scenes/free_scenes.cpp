@@ -20,31 +20,6 @@ struct FreeStorage {
   std::vector<PieceTreeData> pieces;
 };
 
-}  // namespace
-
-SessionConfig JudgedRenderer::in(SessionConfig config) const {
-  config.renderer = renderer;
-  config.proxy.solver = solver;
-  config.voxel.field = reads_field ? 1 : 0;
-  return config;
-}
-
-SessionConfig scene_session(uint32_t n_objects) {
-  SessionConfig config = plain_session(800);
-  config.n_objects = n_objects;
-  config.coupling.rotational_stiffness = 2;
-  config.coupling.max_force = 6;
-  config.coupling.max_torque = 0.3;
-  config.safety.velocity_limit = 100;
-  return config;
-}
-
-void set_voxels(double size, uint32_t layers, VoxelConfig& voxel) {
-  voxel.size = voxel.point_spacing = size;
-  voxel.offset_layers = layers;
-  voxel.band = default_band(voxel);
-}
-
 void bake_scene(FreeScene& scene) {
   const auto storage = std::make_shared<FreeStorage>();
   const VoxelConfig& voxel = scene.config.voxel;
@@ -74,6 +49,31 @@ void bake_scene(FreeScene& scene) {
   scene.storage = storage;
 }
 
+}  // namespace
+
+SessionConfig JudgedRenderer::in(SessionConfig config) const {
+  config.renderer = renderer;
+  config.proxy.solver = solver;
+  config.voxel.field = reads_field ? 1 : 0;
+  return config;
+}
+
+FreeScene make_free_scene(const std::string& name, std::vector<Soup> objects, Soup tool,
+                          const FreeVoxels& voxels, const Vec3& over) {
+  FreeScene scene{name, plain_session(800), std::move(objects), std::move(tool), {}, {}, over};
+  SessionConfig& config = scene.config;
+  config.n_objects = static_cast<uint32_t>(scene.objects.size());
+  config.coupling.rotational_stiffness = 2;
+  config.coupling.max_force = 6;
+  config.coupling.max_torque = 0.3;
+  config.safety.velocity_limit = 100;
+  config.voxel.size = config.voxel.point_spacing = voxels.size;
+  config.voxel.offset_layers = voxels.layers;
+  config.voxel.band = std::max(default_band(config.voxel), voxels.least_band);
+  bake_scene(scene);
+  return scene;
+}
+
 namespace {
 
 Soup bumpy_ball(double radius, uint32_t subdivisions, Dice& dice) {
@@ -99,44 +99,25 @@ FreeScene peg_over_hole() {
   hole.grid = {48, 4};
   primitive::Peg peg;
   peg.grid = {24, 2};
-  FreeScene scene;
-  scene.name = "peg over hole";
-  scene.config = scene_session(1);
-  set_voxels(0.5 * kMm, 0, scene.config.voxel);
-  scene.objects = {make_hole(hole)};
-  scene.tool = make_peg(peg);
-  scene.over = kMm * Vec3{18, 0, 100};
-  bake_scene(scene);
-  return scene;
+  return make_free_scene("peg over hole", {make_hole(hole)}, make_peg(peg), {0.5 * kMm},
+                         kMm * Vec3{18, 0, 100});
 }
 
 FreeScene bumpy_balls(uint64_t seed) {
   Dice dice(seed);
-  FreeScene scene;
-  scene.name = "bumpy balls";
-  scene.config = scene_session(1);
-  set_voxels(kMm, 2, scene.config.voxel);
-  scene.objects = {bumpy_ball(40 * kMm, 3, dice)};
-  scene.tool = bumpy_ball(15 * kMm, 2, dice);
-  scene.over = kMm * Vec3{3, -2, 100};
-  bake_scene(scene);
-  return scene;
+  const Soup object = bumpy_ball(40 * kMm, 3, dice);
+  return make_free_scene("bumpy balls", {object}, bumpy_ball(15 * kMm, 2, dice), {kMm, 2},
+                         kMm * Vec3{3, -2, 100});
 }
 
 FreeScene box_over_moving_plate() {
-  FreeScene scene;
-  scene.name = "box over moving plate";
-  scene.config = scene_session(2);
-  set_voxels(kMm, 0, scene.config.voxel);
-  scene.objects = {make_box({0.1, 0.1, 0.03}), make_icosphere(20 * kMm, 2)};
-  scene.tool = make_box({0.03, 0.02, 0.015});
-  ObjectConfig& plate = scene.config.objects[0];
-  plate.motion = {MotionKind::kOscillate, 0, {0, 0, 1}, 10 * kMm, 1.5};
+  FreeScene scene = make_free_scene("box over moving plate",
+                                    {make_box({0.1, 0.1, 0.03}), make_icosphere(20 * kMm, 2)},
+                                    make_box({0.03, 0.02, 0.015}), {kMm}, {0, 0, 0.1});
+  scene.config.objects[0].motion = {MotionKind::kOscillate, 0, {0, 0, 1}, 10 * kMm, 1.5};
   ObjectConfig& ball = scene.config.objects[1];
   ball.X_WO.p = {0, 0.12, 0.03};
   ball.motion = {MotionKind::kOscillate, 0, {1, 0, 0}, 30 * kMm, 1};
-  scene.over = {0, 0, 0.1};
-  bake_scene(scene);
   return scene;
 }
 

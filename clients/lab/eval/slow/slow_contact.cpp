@@ -30,9 +30,9 @@ constexpr double kTorqueLimit = 1;  // of the device, which holds the torque tha
 
 /// The proxy may move half the band of the field while it waits for contact (max_travel): enough to
 /// follow a hand of this speed with contacts at 50 Hz, which are 21 ticks old at most.
-void set_band(double speed, VoxelConfig& voxel) {
+double least_band(double speed) {
   constexpr double kMostAge = 21 * kTick, kReserve = 1.3;
-  voxel.band = std::max(voxel.band, 2 * kReserve * kMostAge * speed);
+  return 2 * kReserve * kMostAge * speed;
 }
 
 /// From just above the surface to the depth, smoothly [m].
@@ -56,15 +56,9 @@ const std::vector<JudgedRenderer>& slow_renderers() {
 }
 
 SlowScene ball_over_ball(uint32_t fineness) {
-  SlowScene slow;
-  FreeScene& scene = slow.scene;
-  scene.name = "ball over ball";
-  scene.config = scene_session(1);
-  set_voxels(kMm, 0, scene.config.voxel);
-  set_band(kSpeed, scene.config.voxel);
-  scene.objects = {make_icosphere(kObjectRadius, fineness)};
-  scene.tool = make_icosphere(kToolRadius, fineness - 1);
-  bake_scene(scene);
+  SlowScene slow{make_free_scene("ball over ball", {make_icosphere(kObjectRadius, fineness)},
+                                 make_icosphere(kToolRadius, fineness - 1),
+                                 {kMm, 0, least_band(kSpeed)})};
   slow.hand = {
       "slides", [](double t) {
         // askew to the meshes, so that the way follows no edges
@@ -79,16 +73,12 @@ SlowScene ball_over_ball(uint32_t fineness) {
 }
 
 SlowScene off_an_edge(bool with_box) {
-  SlowScene slow;
-  FreeScene& scene = slow.scene;
-  scene.name = with_box ? "box off an edge" : "ball off an edge";
-  scene.config = scene_session(1);
-  set_voxels(kMm, 0, scene.config.voxel);
-  set_band(kEdgeSpeed, scene.config.voxel);
-  scene.objects = {make_box({2 * kBlockHalf, 4 * kBlockHalf, kBlockHeight})};
   const double half = 3 * kMm;
-  scene.tool = with_box ? make_box({2 * half, 2 * half, 2 * half}) : make_icosphere(half, 3);
-  bake_scene(scene);
+  SlowScene slow{
+      make_free_scene(with_box ? "box off an edge" : "ball off an edge",
+                      {make_box({2 * kBlockHalf, 4 * kBlockHalf, kBlockHeight})},
+                      with_box ? make_box({2 * half, 2 * half, 2 * half}) : make_icosphere(half, 3),
+                      {kMm, 0, least_band(kEdgeSpeed)})};
   slow.hand = {"slides off", [half](double t) {
                  const double x = kEdgeSpeed * std::max(t - kPressTime - 0.02, 0.0);
                  return Pose{{x, 0, 0.5 * kBlockHeight + half - pressed(t)}, {}};

@@ -15,7 +15,7 @@ const std::vector<JudgedRenderer>& slow_renderers();
 /// A tool on an object, and the hand that leads it.
 struct SlowScene {
   FreeScene scene;
-  FreeHand hand;
+  FreeHand hand = {};
   uint64_t first = 0, ticks = 0;  // of the ticks that are judged, and all
   double leaves = 0;              // x from which on the tool touches nothing [m]
 };
