@@ -4,7 +4,7 @@
 #include <limits>
 #include <memory>
 
-#include "clients/lab/eval/renderer.h"
+#include "clients/lab/eval/mesh/renderer.h"
 #include "clients/lab/eval/scenes/workload.h"
 #include "clients/lab/selftest/rt_guard.h"
 #include "clients/lab/support/scripted_hand.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <random>
 
-#include "clients/lab/eval/renderer.h"
+#include "clients/lab/eval/mesh/renderer.h"
 #include "clients/lab/support/closed_grid.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <fstream>
 
+#include "clients/lab/eval/mesh/renderer.h"
 #include "clients/lab/eval/oracle/rest_cgal.h"
-#include "clients/lab/eval/renderer.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "contact/shape/baked/mesh_shape.h"
 #include "proto/wire/renderer.h"

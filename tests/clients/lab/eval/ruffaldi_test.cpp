@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "clients/lab/eval/renderer.h"
+#include "clients/lab/eval/mesh/renderer.h"
 #include "tests/support/hostile_text.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/eval/renderer.h"
+#include "clients/lab/eval/mesh/renderer.h"
 
 #include <memory>
 
-#include "clients/lab/eval/friction.h"
+#include "clients/lab/eval/mesh/friction.h"
 #include "clients/lab/eval/oracle/oracle.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/eval/judge.h"
+#include "clients/lab/eval/mesh/judge.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/eval/table.h"
+#include "clients/lab/eval/mesh/table.h"
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/options.h"
 #include "clients/lab/support/columns.h"

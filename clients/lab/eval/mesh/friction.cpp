@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/eval/friction.h"
+#include "clients/lab/eval/mesh/friction.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/lab/eval/judge.h"
+#include "clients/lab/eval/mesh/judge.h"
 #include "clients/lab/eval/scenes/scan_work.h"
 #include "clients/lab/support/lockstep.h"
 
