@@ -15,6 +15,7 @@
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/eval/scenes/workload.h"
 #include "clients/lab/support/scan.h"
+#include "clients/lab/support/soups.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "clients/report/median.h"
 #include "contact/bake/volume.h"
@@ -47,8 +48,7 @@ struct Options {
 };
 
 MeshData bumpy_sphere(uint32_t frequency, double scale) {
-  Soup soup = make_bumpy_sphere(frequency);
-  for (Vec3& v : soup.vertices) v = scale * v;
+  Soup soup = scaled(make_bumpy_sphere(frequency), scale);
   return build_mesh(std::move(soup.vertices), std::move(soup.triangles));
 }
 

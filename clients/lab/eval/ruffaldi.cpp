@@ -5,10 +5,10 @@
 #include <random>
 
 #include "clients/lab/eval/mesh/renderer.h"
-#include "clients/lab/support/closed_grid.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"
+#include "clients/lab/support/soups.h"
 #include "contact/bake/bake.h"
 #include "contact/query/point/closest_point.h"
 #include "proto/math/units.h"
@@ -77,9 +77,7 @@ void lead(RuffaldiWork& work, size_t ticks, const std::function<SurfacePoint(dou
 constexpr double kBallRadius = 0.05;  // [m]
 
 Soup make_bumps() {
-  Soup soup = make_grid(0.1, 400);
-  for (Vec3& v : soup.vertices) v = on_bumps(v.x, v.y).p;
-  return soup;
+  return mapped(make_grid(0.1, 400), [](const Vec3& v) { return on_bumps(v.x, v.y).p; });
 }
 
 /// A surface: its mesh, its largest curvature [1/m], and where the probe is on it at t [s].

@@ -10,6 +10,7 @@
 #include "clients/lab/stability/axis_options.h"
 #include "clients/lab/stability/bode.h"
 #include "clients/lab/support/measurement.h"
+#include "clients/report/formatted.h"
 #include "clients/report/plot_svg.h"
 
 namespace haptic {
@@ -52,9 +53,7 @@ double good_up_to(const Bode& bode, const Error& error, double most) {
 }
 
 std::string at(double frequency) {
-  char text[32];
-  std::snprintf(text, sizeof text, " at %.4g Hz", frequency);
-  return text;
+  return formatted(" at %.4g Hz", frequency);
 }
 
 void add_rows(const Bode& bode, bool turning, Rows rows) {

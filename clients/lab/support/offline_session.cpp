@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "clients/hapt/options.h"
+#include "clients/report/formatted.h"
 #include "proto/config/devices.h"
 #include "proto/os/session_file.h"
 
@@ -59,9 +60,7 @@ PlayedSession::PlayedSession(const SessionConfig& config, const LockstepOptions&
       lockstep(config, shapes, *hand, options) {}
 
 std::string in_hex(uint64_t hash) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
-  return text;
+  return formatted("%016llx", static_cast<unsigned long long>(hash));
 }
 
 }  // namespace haptic

@@ -36,10 +36,6 @@ namespace {
 
 constexpr size_t kMostDepths = 500;     // ticks whose depth is measured
 constexpr size_t kMostVertices = 1000;  // of the tool, looked at in each
-constexpr std::array<std::pair<const char*, SoftSolver>, 3> kSolvers{
-    {{"direct", SoftSolver::kDirect},
-     {"penalty-dynamics", SoftSolver::kPenaltyDynamics},
-     {"quasi-static", SoftSolver::kQuasiStatic}}};
 
 bool is_soft(Renderer renderer) {
   return is_of_body(renderer) && !is_rigid(renderer);
@@ -268,13 +264,12 @@ SessionConfig config_of_column(const SessionConfig& config, const std::string& c
   const size_t slash = column.find('/');
   if (slash != std::string::npos) {
     const std::string word = column.substr(slash + 1);
-    const auto is_it = [&](const auto& row) { return word == row.first; };
-    const auto solver = std::ranges::find_if(kSolvers, is_it);
-    if (solver == kSolvers.end()) {
+    const auto solver = std::ranges::find(kSoftSolverNames, word);
+    if (solver == kSoftSolverNames.end()) {
       throw UsageError("compare: no solver '" + shown(word) +
                        "'; known: direct, penalty-dynamics, quasi-static");
     }
-    out.proxy.solver = solver->second;
+    out.proxy.solver = static_cast<SoftSolver>(solver - kSoftSolverNames.begin());
   } else {
     out.proxy.solver.reset();
   }

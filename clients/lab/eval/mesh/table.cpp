@@ -5,6 +5,7 @@
 #include "clients/lab/support/columns.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
+#include "clients/report/formatted.h"
 #include "proto/wire/renderer.h"
 
 #include <algorithm>
@@ -39,10 +40,8 @@ const Row* find(const std::vector<Row>& rows, const std::string& metric) {
 
 std::string table_cell(const Row* row) {
   if (row == nullptr) return "";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g%s%s%s", row->value, row->unit.empty() ? "" : " ",
-                row->unit.c_str(), row->holds.value_or(true) ? "" : " !");
-  return text;
+  return formatted("%.2g%s%s%s", row->value, row->unit.empty() ? "" : " ", row->unit.c_str(),
+                   row->holds.value_or(true) ? "" : " !");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "clients/lab/support/dice.h"
 #include "clients/lab/support/scripted_hand.h"
+#include "clients/lab/support/soups.h"
 #include "contact/bake/convex/piece_tree.h"
 #include "contact/bake/volume.h"
 #include "contact/shape/parts/machine_parts.h"
@@ -81,14 +82,12 @@ Soup bumpy_ball(double radius, uint32_t subdivisions, Dice& dice) {
     return Vec3{dice.uniform(low, high), dice.uniform(low, high), dice.uniform(low, high)};
   };
   const Vec3 rates = drawn(5, 10), phases = drawn(0, 2 * kPi);
-  Soup soup = make_icosphere(radius, subdivisions);
-  for (Vec3& v : soup.vertices) {
+  return mapped(make_icosphere(radius, subdivisions), [&](const Vec3& v) {
     const Vec3 u = (1 / radius) * v;
     const double bump = std::sin(rates.x * u.x + phases.x) * std::sin(rates.y * u.y + phases.y) *
                         std::sin(rates.z * u.z + phases.z);
-    v = (1 + 0.08 * bump) * v;
-  }
-  return soup;
+    return (1 + 0.08 * bump) * v;
+  });
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "clients/lab/eval/oracle/exact_cgal.h"
 #include "clients/lab/support/shaking_hand.h"
+#include "clients/lab/support/soups.h"
 #include "contact/shape/parts/machine_parts.h"
 #include "proto/math/motion_metric.h"
 #include "proto/math/units.h"
@@ -76,9 +77,7 @@ Tool draw_tool(SceneDice& dice) {
 /// A plate from z = −thickness up to 0: flat, or bumpy with peaks at z = 0.
 Soup draw_plate(SceneDice& dice, double half, double thickness) {
   if (dice.below(2) == 0) {
-    Soup flat = make_box({2 * half, 2 * half, thickness});
-    for (Vec3& v : flat.vertices) v.z -= thickness / 2;
-    return flat;
+    return lowered(make_box({2 * half, 2 * half, thickness}), thickness / 2);
   }
   constexpr uint32_t n = 14;
   const double deepest = kMm * dice.uniform(0.2, 1.5);
@@ -273,11 +272,6 @@ std::function<Pose(double)> draw_hand(SceneDice& dice, const Pose& home, double 
       return [=](double t) { return moved(home, share(t) * way_between(home, hand.at(t))); };
     }
   }
-}
-
-Soup scaled(Soup soup, double by) {
-  for (Vec3& v : soup.vertices) v = by * v;
-  return soup;
 }
 
 /// Builds the shapes and places the scene at a random pose in W.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "clients/lab/support/soups.h"
 #include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 
@@ -245,8 +246,7 @@ double spacing_of(QualityScene scene, const QualityGrain& grain) {
 
 QualityBodies bodies_of(QualityScene scene, const QualityGrain& grain) {
   const uint32_t around = 64 * grain.fineness;
-  Soup plate = make_box({60e-3, 60e-3, 10e-3});
-  for (Vec3& v : plate.vertices) v.z -= 5e-3;
+  const Soup plate = lowered(make_box({60e-3, 60e-3, 10e-3}), 5e-3);
   switch (scene) {
     case QualityScene::kConeOnPlane: {
       const double half = 0.5 * kConeHeight;

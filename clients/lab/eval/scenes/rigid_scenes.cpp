@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "clients/lab/eval/scenes/scan_work.h"
+#include "clients/lab/support/soups.h"
 #include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 
@@ -28,9 +29,8 @@ RigidScene rigid_scene(std::string name, Soup object, Soup tool) {
 }
 
 RigidScene box_on_plate() {
-  Soup plate = make_box({0.2, 0.2, 0.02});
-  for (Vec3& v : plate.vertices) v.z -= 0.01;
-  RigidScene scene = rigid_scene("box on plate", plate, make_box({0.02, 0.02, 0.02}));
+  RigidScene scene = rigid_scene("box on plate", lowered(make_box({0.2, 0.2, 0.02}), 0.01),
+                                 make_box({0.02, 0.02, 0.02}));
   scene.home.p.z = 11 * kMm;
   scene.shaking = {kMm * Vec3{20, 20, 4}, {0.2, 0.2, 0.4}, kMm * Vec3{0, 0, -2}};
   return scene;
