@@ -48,14 +48,11 @@ struct Course {
 };
 
 Course course_of(const LodPair& pair, const ContactShapes& shapes, Renderer renderer) {
-  Course course;
-  course.name = row_of(renderer).name;
-  course.renderer = renderer;
   SessionConfig config = pair.config;
   config.renderer = renderer;
-  course.model = std::make_unique<ContactModel>(build_contact_model(config, shapes));
-  course.state = std::make_unique<ContactState>(*course.model);
-  return course;
+  auto model = std::make_unique<ContactModel>(build_contact_model(config, shapes));
+  auto state = std::make_unique<ContactState>(*model);
+  return {std::string(row_of(renderer).name), renderer, std::move(model), std::move(state), {}, {}};
 }
 
 /// Force and torque of the contacts of a set where the tool is, about its origin.
@@ -63,11 +60,7 @@ Wrench wrench_of(const ContactSet& set, const ServoFrame& servo) {
   SoftProxyModel model;
   model.solver = SoftSolver::kDirect;
   SoftProxyState state;
-  BodyTick tick;
-  tick.tool = set.tool;
-  tick.hand = {servo.X_WT, servo.V_WT};
-  tick.contacts = &set;
-  tick.dt = kTick;
+  const BodyTick tick{{}, {servo.X_WT, servo.V_WT}, &set, kTick, set.tool, {}};
   return solve_soft_proxy(model, state, tick).F_hand_W;
 }
 

@@ -45,14 +45,8 @@ struct Options {
 /// The initial pose of bolt_through_nut.
 RigidScene bolt_in_nut() {
   const auto bolt = std::make_shared<const ProximityWork>(bolt_through_nut(1));
-  RigidScene scene;
-  scene.name = bolt->name;
-  scene.object = bolt->object.view();
-  scene.tool = bolt->tool.view();
-  scene.storage = bolt;
-  scene.home = bolt->poses[0];
-  scene.shaking = {{3e-3, 3e-3, 3e-3}, {0.2, 0.2, 0.4}, {}};
-  return scene;
+  return {bolt->name, bolt->object.view(), bolt->tool.view(),
+          bolt,       bolt->poses[0],      {{3e-3, 3e-3, 3e-3}, {0.2, 0.2, 0.4}, {}}};
 }
 
 /// Every n-th frame, at most `most` of them.

@@ -12,6 +12,7 @@
 
 #include "clients/lab/bench/voxel_ceiling.h"
 #include "clients/lab/bench/voxel_contact.h"
+#include "clients/lab/bench/workloads/lod_pairs.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/eval/scenes/workload.h"
 #include "clients/lab/support/scan.h"
@@ -293,10 +294,8 @@ void run_memory(const Options& options, const Rows& all) {
   constexpr double kSize = 0.1;  // [m]
   try {
     const BakedShape bunny = bake_scan(meshes_folder() + "/bunny00.off", kSize);
-    VoxelConfig voxel;
-    voxel.size = kSize / options.memory_side;
-    voxel.offset_layers = 0;
-    voxel.band = default_band(voxel);
+    const VoxelConfig voxel =
+        tight_voxels(kSize / options.memory_side, VoxelConfig{}.point_spacing);
     const BakedVolume volume = bake_obstacle(bunny, voxel);
     const Voxmap& map = volume.content.map;
     const DistanceField& field = volume.content.field;

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "clients/lab/bench/peers/pair.h"
+#include "clients/lab/bench/workloads/lod_pairs.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/bench/workloads/workload.h"
 #include "clients/lab/support/scan.h"
@@ -43,12 +44,7 @@ BakedShape baked(const Soup& soup) {
 }
 
 VoxelConfig voxels_of(double size, double spacing) {
-  VoxelConfig voxel;
-  voxel.size = size;
-  // the gaps are narrower than a layer
-  voxel.offset_layers = 0;
-  voxel.band = default_band(voxel);
-  voxel.point_spacing = spacing;
+  VoxelConfig voxel = tight_voxels(size, spacing);
   voxel.budget = 0;  // no limit
   return voxel;
 }

@@ -33,14 +33,12 @@ BakedShape bake(const Soup& soup, std::string_view name) {
 }
 
 VoxelConfig options_of(const QualityGrain& grain) {
-  VoxelConfig options;
-  options.budget = 0;  // no time limit offline
-  options.size = grain.voxel;
-  options.band = 4 * grain.voxel;
-  options.stiffness = kPointStiffness;
-  // surfaces must be where the closed form has them
-  options.offset_layers = 0;
-  return options;
+  return {.size = grain.voxel,
+          .band = 4 * grain.voxel,
+          .stiffness = kPointStiffness,
+          // surfaces must be where the closed form has them
+          .offset_layers = 0,
+          .budget = 0};  // no time limit offline
 }
 
 ToolBody body_of(const TriangleMesh& mesh) {

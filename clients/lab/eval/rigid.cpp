@@ -43,13 +43,13 @@ bool is_massless(Renderer renderer) {
 
 RigidJudge judge_of(const RigidScene& scene, Renderer renderer, double friction) {
   const SessionConfig config = rigid_session(scene, renderer, friction);
-  RigidJudgeOptions options;
-  options.springs = {kStiffness, kTurnStiffness};
-  options.margin = god_object_options(config, tool_body(scene.tool.mesh, config.tool)).margin;
-  options.dt = 1 / config.servo_rate;
-  options.is_massless = is_massless(renderer);
-  options.has_friction = friction > 0;
-  return RigidJudge(scene.object, scene.tool, options);
+  const ToolBody body = tool_body(scene.tool.mesh, config.tool);
+  return RigidJudge(scene.object, scene.tool,
+                    {.springs = {kStiffness, kTurnStiffness},
+                     .margin = god_object_options(config, body).margin,
+                     .dt = 1 / config.servo_rate,
+                     .is_massless = is_massless(renderer),
+                     .has_friction = friction > 0});
 }
 
 void judge_plane(Renderer renderer, const LockstepOptions& lockstep, const Rows& all) {

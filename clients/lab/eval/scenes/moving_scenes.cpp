@@ -121,10 +121,8 @@ struct Draft {
   void add(Soup soup, const Pose& X_SO, double way, double frequency, const Vec3& axis_O) {
     ObjectConfig move;
     move.X_WO = X_SO;
-    move.motion.kind = way == 0 ? MotionKind::kStatic : MotionKind::kOscillate;
-    move.motion.axis_O = way < 0 ? -axis_O : axis_O;
-    move.motion.amplitude = std::fabs(way);
-    move.motion.frequency = frequency;
+    move.motion = {way == 0 ? MotionKind::kStatic : MotionKind::kOscillate, 0,
+                   way < 0 ? -axis_O : axis_O, std::fabs(way), frequency};
     scene.moves.push_back(move);
     soups.push_back(std::move(soup));
   }
@@ -207,10 +205,8 @@ Draft draw_paddle(SceneDice& dice) {
             {}, 0, 0, {0, 0, 1});
   const double tip = drum * std::cos(kPi / grid.around) - kMm;
   draft.add(make_box({2 * tip, thickness, 2 * half_height}), {}, 0, 0, {0, 0, 1});
-  MotionConfig& turn = scene.moves.back().motion;
-  turn.kind = MotionKind::kSpin;
-  turn.frequency = std::fabs(turns);
-  turn.axis_O = {0, 0, turns < 0 ? -1.0 : 1.0};
+  scene.moves.back().motion = {
+      MotionKind::kSpin, 0, {0, 0, turns < 0 ? -1.0 : 1.0}, 0, std::fabs(turns)};
   const Quat held = normalized(from_rotation_vector(dice.uniform(0, 3) * dice.direction()));
   const Pose home{{0, 0.52 * drum, 0}, held};
   scene.way_W = [=](double t) {

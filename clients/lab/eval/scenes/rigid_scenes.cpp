@@ -20,12 +20,7 @@ RigidScene rigid_scene(std::string name, Soup object, Soup tool) {
   using Both = std::pair<MeshShapeData, MeshShapeData>;
   const auto both =
       std::make_shared<const Both>(build_shape(std::move(object)), build_shape(std::move(tool)));
-  RigidScene scene;
-  scene.name = std::move(name);
-  scene.object = both->first.view();
-  scene.tool = both->second.view();
-  scene.storage = both;
-  return scene;
+  return {std::move(name), both->first.view(), both->second.view(), both, {}, {}};
 }
 
 RigidScene box_on_plate() {
@@ -48,10 +43,7 @@ std::optional<RigidScene> bunny_on_bunny(const std::string& meshes) {
   const std::string file = meshes + "/bunny00.off";
   if (!std::filesystem::exists(file)) return std::nullopt;
   const auto bunny = std::make_shared<const BakedShape>(bake_scan(file, 0.1));
-  RigidScene scene;
-  scene.name = "bunny on bunny";
-  scene.object = scene.tool = bunny->shape;
-  scene.storage = bunny;
+  RigidScene scene{"bunny on bunny", bunny->shape, bunny->shape, bunny, {}, {}};
   const double high = scene.object.mesh.upper.y - scene.tool.mesh.lower.y;
   scene.home.p.y = lowest_free(scene.object, scene.tool, 0, high) + 0.1 * kMm;
   scene.shaking = {kMm * Vec3{20, 5, 20}, {0.3, 0.3, 0.3}, kMm * Vec3{0, -4, 0}};
