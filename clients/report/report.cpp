@@ -108,14 +108,26 @@ bool all_hold(const std::vector<Row>& rows) {
   return std::all_of(rows.begin(), rows.end(), [](const Row& r) { return r.holds.value_or(true); });
 }
 
+Rows Rows::of(const std::string& case_name, bool are_judged) const {
+  Rows other(case_name, are_judged);
+  other.rows_ = rows_;
+  return other;
+}
+
+Rows Rows::machine(const std::string& case_name) const {
+  Rows rows = of(case_name);
+  rows.note("machine", machine_line());
+  return rows;
+}
+
 void Rows::add(const std::string& metric, Figure figure, const std::string& unit) {
-  rows_.push_back({case_name_, metric, figure.value, unit, "", {}, {}, {}, ""});
+  rows_->push_back({case_name_, metric, figure.value, unit, "", {}, {}, {}, one_line(figure.text)});
 }
 
 void Rows::add(const std::string& metric, Figure figure, const std::string& unit,
                std::optional<double> goal, bool holds) {
   add(metric, figure, unit);
-  if (goal && are_judged_) rows_.back().goal = goal, rows_.back().holds = holds;
+  if (goal && are_judged_) rows_->back().goal = goal, rows_->back().holds = holds;
 }
 
 void Rows::add(std::initializer_list<Line> lines) {
@@ -126,7 +138,7 @@ void Rows::add(std::initializer_list<Line> lines) {
 
 void Rows::add_beside(const std::string& metric, double value, const std::string& unit,
                       const std::string& peer, std::optional<double> peer_value) {
-  rows_.push_back({case_name_, metric, value, unit, peer, peer_value, {}, {}, ""});
+  rows_->push_back({case_name_, metric, value, unit, peer, peer_value, {}, {}, ""});
 }
 
 void Rows::add(const std::string& metric, const Histogram& durations) {
@@ -136,13 +148,8 @@ void Rows::add(const std::string& metric, const Histogram& durations) {
   add(metric + " max", 1e-9 * static_cast<double>(durations.max()), "s");
 }
 
-void Rows::note(const std::string& metric, const std::string& text) {
-  constexpr double kNoFigure = std::numeric_limits<double>::quiet_NaN();
-  rows_.push_back({case_name_, metric, kNoFigure, "", "", {}, {}, {}, one_line(text)});
-}
-
 void Rows::append(const std::vector<Row>& rows) {
-  rows_.insert(rows_.end(), rows.begin(), rows.end());
+  rows_->insert(rows_->end(), rows.begin(), rows.end());
 }
 
 std::string machine_line() {
@@ -160,12 +167,6 @@ std::string machine_line() {
   return std::string("hapticd ") + version() + " on " + cpu + ", " +
          std::to_string(std::thread::hardware_concurrency()) + " cores, kernel " + system.release +
          ", load " + formatted("%.2f", load);
-}
-
-Rows machine_rows(const std::string& case_name) {
-  Rows rows(case_name);
-  rows.note("machine", machine_line());
-  return rows;
 }
 
 }  // namespace haptic

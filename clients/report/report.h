@@ -2,6 +2,8 @@
 #pragma once
 
 #include <initializer_list>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <ostream>
 #include <string>
@@ -32,12 +34,16 @@ struct Row {
   }
 };
 
-/// A count or a measurement.
+/// A count or a measurement, or text in place of one.
 struct Figure {
   double value;
+  std::string text = {};
   template <class Number>
   requires std::is_arithmetic_v<Number> Figure(Number number)
       : value(static_cast<double>(number)) {}
+  Figure(std::string words)
+      : value(std::numeric_limits<double>::quiet_NaN()), text(std::move(words)) {}
+  Figure(const char* words) : Figure(std::string(words)) {}
 };
 
 /// A goal of a figure, and how it is held to it. Without a value the figure stands alone.
@@ -72,12 +78,16 @@ inline std::optional<double> goal_if(bool fair, double goal) {
   return fair ? std::optional(goal) : std::nullopt;
 }
 
-/// Collects the rows of one case.
+/// Adds rows of one case to a list, which its copies and other cases of the list share.
 class Rows {
  public:
-  /// Without `are_judged` goals are left out.
-  explicit Rows(const std::string& case_name, bool are_judged = true)
+  /// Begins a list. Without `are_judged` goals are left out.
+  explicit Rows(const std::string& case_name = "", bool are_judged = true)
       : case_name_(one_line(case_name)), are_judged_(are_judged) {}
+  /// Another case, whose rows go to the same list.
+  Rows of(const std::string& case_name, bool are_judged = true) const;
+  /// Likewise; its first row is machine_line().
+  Rows machine(const std::string& case_name) const;
 
   void add(const std::string& metric, Figure figure, const std::string& unit = "");
   void add(std::initializer_list<Line> lines);
@@ -101,20 +111,19 @@ class Rows {
                   const std::string& peer, std::optional<double> peer_value);
   /// p50, p99 and max of durations [ns] in seconds; nothing if there are none.
   void add(const std::string& metric, const Histogram& durations);
-  void note(const std::string& metric, const std::string& text);
+  void note(const std::string& metric, const std::string& text) { add(metric, text); }
   void append(const std::vector<Row>& rows);
-  const std::vector<Row>& rows() const { return rows_; }
+  /// The whole list.
+  const std::vector<Row>& rows() const { return *rows_; }
 
  private:
   std::string case_name_;
   bool are_judged_;
-  std::vector<Row> rows_;
+  std::shared_ptr<std::vector<Row>> rows_ = std::make_shared<std::vector<Row>>();
 };
 
 /// Version, processor, kernel and load: needed to interpret any figure.
 std::string machine_line();
-/// Rows that begin with it.
-Rows machine_rows(const std::string& case_name);
 
 /// A table for people: metric, value with a readable unit prefix, goal or peer. With several cases
 /// the name of each stands above its rows.

@@ -15,7 +15,6 @@ set(files
   "rail_path.cpp     | sim/joint/rail_path.cpp"
   "hello.cpp         | clients/hapt/hello.cpp"
   "suite.cpp         | clients/lab/eval/outside_suite.cpp"
-  "bench.cpp         | clients/lab/bench/outside_bench.cpp"
   "main.cpp          | main.cpp"
   "slider_session.cpp | slider_session.cpp")
 # line | table
@@ -80,6 +79,9 @@ foreach(row IN LISTS files)
   string(REGEX MATCH "^([^ ]+) +\\| (.+)$" all "${row}")
   file(COPY_FILE ${here}/${CMAKE_MATCH_1} ${tree}/${CMAKE_MATCH_2})
 endforeach()
+file(READ ${here}/suite.cpp text)
+string(REPLACE suite_ bench_ text "${text}")
+file(WRITE ${tree}/clients/lab/bench/outside_bench.cpp "${text}")
 file(COPY ${here}/slider DESTINATION ${tree}/device-io)
 add_lines(${run_lines})
 run(${CMAKE_COMMAND} --preset dev -DBUILD_TESTING=OFF -DHAPTICD_DEVELOPER=OFF)

@@ -2,12 +2,13 @@
 #include "clients/lab/support/measurement.h"
 
 #include <algorithm>
-#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <memory>
 
+#include "clients/hapt/scratch_folder.h"
 #include "clients/lab/bench/workloads/workload.h"
+#include "clients/lab/support/thread_cpu.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/cache.h"
 #include "contact/bake/grid.h"
@@ -29,12 +30,6 @@ struct Options {
   int rounds = 5;
 };
 
-double cpu_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
 /// Least wall-clock and CPU time over several rounds: other programs only add to it.
 struct Times {
   double wall = 1e30, cpu = 1e30;
@@ -47,10 +42,9 @@ Times least_times(int rounds, const std::function<void()>& prepare,
     progress.at(i);
     prepare();
     const int64_t start_ns = now_ns();
-    const double start_cpu = cpu_seconds();
-    work();
+    const auto cpu_ns = static_cast<double>(ns_on(CLOCK_PROCESS_CPUTIME_ID, work));
+    least.cpu = std::min(least.cpu, 1e-9 * cpu_ns);
     least.wall = std::min(least.wall, 1e-9 * static_cast<double>(now_ns() - start_ns));
-    least.cpu = std::min(least.cpu, cpu_seconds() - start_cpu);
   }
   return least;
 }
@@ -60,45 +54,25 @@ void add_times(Rows& rows, const std::string& what, const Times& times, double g
       {{what, times.wall, "s", at_most(goal)}, {what + ", CPU of both threads", times.cpu, "s"}});
 }
 
-/// A baked shape in a temporary file.
-class CacheFile {
- public:
-  explicit CacheFile(std::span<const std::byte> bytes)
-      : path_(cache_folder() + "/bench." + std::to_string(now_ns()) + ".baked"),
-        problem_(write_atomically(path_, bytes)) {}
-  ~CacheFile() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
-  CacheFile(const CacheFile&) = delete;
-  CacheFile& operator=(const CacheFile&) = delete;
-  const std::string& path() const { return path_; }
-  const std::string& problem() const { return problem_; }
-
- private:
-  std::string path_, problem_;
-};
-
 void bench_cache(Rows& rows, const MeshShape& shape, int rounds) {
-  const CacheFile file(write_baked({shape, {}, {}, {}, {}}, kKey));
-  if (!file.problem().empty()) {
-    rows.note("mapped from the cache", "LEFT OUT: " + file.problem());
-    return;
-  }
+  const ScratchFolder folder;
+  const std::string path = folder.path() + "/shape.baked";
+  const std::string problem = write_atomically(path, write_baked({shape, {}, {}, {}, {}}, kKey));
+  if (!problem.empty()) return rows.note("mapped from the cache", "LEFT OUT: " + problem);
   MappedFile mapped;
   const auto map = [&] {
-    mapped = map_file(file.path());
+    mapped = map_file(path);
     view_baked(mapped.bytes, kKey, run_on_two_threads);
   };
   const auto unmap = [&] { mapped = {}; };
-  rows.add("size in the cache", std::filesystem::file_size(file.path()), "B");
+  rows.add("size in the cache", std::filesystem::file_size(path), "B");
   add_times(rows, "mapped from the cache and checked", least_times(rounds, unmap, map),
             kGoalMapped);
 }
 
-std::vector<Row> all_rows(const Options& options) {
+void all_rows(const Options& options, const Rows& all) {
   const WorkloadMesh work = make_nano_surface(options.n);
-  Rows rows = machine_rows(work.name);
+  Rows rows = all.machine(work.name);
   const MeshData mesh = build_mesh(work.soup.vertices, work.soup.triangles);
   const auto triangles = static_cast<double>(mesh.triangles.size());
   rows.add("triangles", triangles);
@@ -118,7 +92,6 @@ std::vector<Row> all_rows(const Options& options) {
             {"patch tree, bytes a triangle", patches},
             {"trees and grid, bytes a triangle", tree + grid + patches, "", at_most(kGoalBytes)}});
   bench_cache(rows, shape, options.rounds);
-  return rows.rows();
 }
 
 }  // namespace
@@ -127,11 +100,9 @@ std::vector<Row> all_rows(const Options& options) {
 /// their size, and the whole shape mapped from the cache.
 Measured bench_bake(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--n", options->n, "of a height field of 2 n² triangles")
-      .range(2, 2000)
-      .show_default();
-  add_rounds(command, options->rounds, "the fastest counts");
-  return [options] { return all_rows(*options); };
+  add_counts(command, {{"--n", &options->n, "of a height field of 2 n² triangles", 2, 2000},
+                       rounds_of(options->rounds, "the fastest counts")});
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

@@ -62,7 +62,7 @@ void add_times(Rows& rows, const Contestant& c, const std::vector<CcdQuery>& que
   }
 }
 
-void bench_truth(Rows& rows, const Options& options) {
+void bench_truth(const Options& options, Rows rows) {
   const std::string folder = options.queries.empty()
                                  ? (source_tree() / "tests/data/ccd-queries").string()
                                  : options.queries;
@@ -75,9 +75,8 @@ void bench_truth(Rows& rows, const Options& options) {
   Tally session_all, intervals_all, fcl_all, newton_all;
   std::vector<CcdQuery> all;
   for (const CcdFile& file : files) {
-    Tally session;
+    const Tally before = session_all;
     for (const CcdQuery& query : file.queries) {
-      session.add(query.meets, meeting_of(query, kTolerance).has_value());
       session_all.add(query.meets, meeting_of(query, kTolerance).has_value());
       intervals_all.add(query.meets,
                         meeting_by_intervals(query, kShortest, kBisections).has_value());
@@ -85,10 +84,11 @@ void bench_truth(Rows& rows, const Options& options) {
       newton_all.add(query.meets, meeting_by_fcl(query, true).has_value());
       all.push_back(query);
     }
-    rows.note(file.scene, std::to_string(file.queries.size()) + " queries, " +
-                              std::to_string(static_cast<int>(session.meets)) + " meet");
-    rows.add({{file.scene + ": missed", session.missed, "", kMustBeZero},
-              {file.scene + ": false alarms", session.false_alarms}});
+    rows.add({{file.scene, std::to_string(file.queries.size()) + " queries, " +
+                               std::to_string(static_cast<int>(session_all.meets - before.meets)) +
+                               " meet"},
+              {file.scene + ": missed", session_all.missed - before.missed, "", kMustBeZero},
+              {file.scene + ": false alarms", session_all.false_alarms - before.false_alarms}});
   }
   const auto n = static_cast<double>(all.size());
   const auto add = [&](const std::string& name, const Tally& tally, bool judged) {
@@ -116,7 +116,7 @@ void bench_truth(Rows& rows, const Options& options) {
                percentile(fastest(contestants[0], all.size()), 100), "s", kWorstGoal);
 }
 
-void bench_hand_scale(Rows& rows, const Options& options) {
+void bench_hand_scale(const Options& options, Rows rows) {
   const std::vector<CcdQuery> queries = hand_scale_queries(options.hand_scale);
   std::vector<char> own(queries.size()), intervals(queries.size()), fcl(queries.size());
   std::vector<Contestant> contestants{
@@ -210,7 +210,7 @@ void add_judgement(Rows& rows, const std::string& name, const std::vector<double
             {name + ": before 10 nm by at most, of the motion", early}});
 }
 
-void bench_impact(Rows& rows, const Options& options) {
+void bench_impact(const Options& options, Rows rows) {
   const ProximityWork tori = torus_on_torus(1);
   const MeshShape object = tori.object.view(), tool = tori.tool.view();
   const std::vector<RigidMotion> motions = torus_motions(tori, options.motions);
@@ -252,14 +252,11 @@ void bench_impact(Rows& rows, const Options& options) {
   }
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows machine = machine_rows("machine"), truth("ccd, ground truth"), hand("ccd, hand scale"),
-       impact("ccd, tori of 27 k and 40 k triangles");
-  bench_truth(truth, options);
-  bench_hand_scale(hand, options);
-  bench_impact(impact, options);
-  for (const Rows* rows : {&truth, &hand, &impact}) machine.append(rows->rows());
-  return machine.rows();
+void all_rows(const Options& options, const Rows& all) {
+  all.machine("machine");
+  bench_truth(options, all.of("ccd, ground truth"));
+  bench_hand_scale(options, all.of("ccd, hand scale"));
+  bench_impact(options, all.of("ccd, tori of 27 k and 40 k triangles"));
 }
 
 }  // namespace
@@ -275,9 +272,9 @@ Measured bench_ccd(Command& command) {
   }
   command.option("--queries FOLDER", options->queries, "folder of ground-truth queries")
       .show_default("those of tests/data");
-  command.option("--motions", options->motions, "of the two tori").range(1, 100000).show_default();
-  add_rounds(command, options->rounds, "alternations");
-  return [options] { return all_rows(*options); };
+  add_counts(command, {{"--motions", &options->motions, "of the two tori", 1, 100000},
+                       rounds_of(options->rounds, "alternations")});
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

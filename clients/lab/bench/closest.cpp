@@ -51,7 +51,7 @@ double error_of(const Trial& trial, const std::vector<double>& distances) {
   return error;
 }
 
-std::vector<Row> run_trial(const Trial& trial, int rounds, bool is_far) {
+void run_trial(const Trial& trial, int rounds, bool is_far, const Rows& all) {
   ClosestWitness witness;
   const size_t n = trial.points.size();
   std::vector<std::vector<double>> answers;
@@ -74,7 +74,7 @@ std::vector<Row> run_trial(const Trial& trial, int rounds, bool is_far) {
   for (const ClosestPeer& peer : cgal_peers(trial.shape.mesh)) enter(peer.name, peer.distance);
   take_turns(contestants, n, kChunk, rounds);
 
-  Rows rows(trial.name);
+  Rows rows = all.of(trial.name);
   const std::string prefix = trial.name + ", ";
   for (size_t k = 0; k < contestants.size(); ++k) {
     const Contestant& c = contestants[k];
@@ -97,40 +97,37 @@ std::vector<Row> run_trial(const Trial& trial, int rounds, bool is_far) {
     rows.at_most(prefix + "median over Embree's with previous radius", ratio, "", 0.4);
   }
   if (!embree) rows.note(prefix + "Embree", "LEFT OUT: ./run bench closest installs it");
-  return rows.rows();
 }
 
-std::vector<Row> run_mesh(const WorkloadMesh& mesh, int rounds) {
+void run_mesh(const WorkloadMesh& mesh, int rounds, const Rows& all) {
   const MeshData data = build_mesh(mesh.soup.vertices, mesh.soup.triangles);
   const ObbTreeData tree = build_obb_tree(data.view());
   const PatchTreeData patches = build_patch_tree(data.view());
   const MeshShape shape{data.view(), tree.view(), {}, patches.view()};
-  Rows rows(mesh.name);
+  Rows rows = all.of(mesh.name);
   const size_t bytes =
       patches.nodes.size() * sizeof(PatchNode) + patches.leaves.size() * sizeof(PatchLeaf);
   rows.add(mesh.name + ", bytes a triangle",
            static_cast<double>(bytes) / static_cast<double>(data.triangles.size()), "B", 40,
            bytes <= 40 * data.triangles.size());
   const Trial dragged{mesh.name + " dragged", mesh, shape, dragged_points(shape, mesh.kind, 20000)};
-  rows.append(run_trial(dragged, rounds, false));
+  run_trial(dragged, rounds, false, all);
   const Trial far{mesh.name + " far", mesh, shape, far_points(shape, mesh.kind, 4000)};
-  rows.append(run_trial(far, rounds, true));
-  return rows.rows();
+  run_trial(far, rounds, true, all);
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("closest");
+void all_rows(const Options& options, const Rows& all) {
+  Rows rows = all.machine("closest");
   rows.add("rounds", options.rounds);
   for (const uint32_t frequency : {64u, 128u}) {
-    rows.append(run_mesh(make_bump_sphere(frequency), options.rounds));
+    run_mesh(make_bump_sphere(frequency), options.rounds, all);
   }
   const std::string armadillo = options.meshes + "/armadillo.off";
   if (std::filesystem::exists(armadillo)) {
-    rows.append(run_mesh(read_scanned("armadillo", armadillo), options.rounds));
+    run_mesh(read_scanned("armadillo", armadillo), options.rounds, all);
   } else {
     rows.note("armadillo", "LEFT OUT: " + armadillo + " is not here; ./run meshes fetches it");
   }
-  return rows.rows();
 }
 
 }  // namespace
@@ -143,8 +140,8 @@ Measured bench_closest(Command& command) {
   const auto options = std::make_shared<Options>();
   options->meshes = meshes_folder();
   command.option("--meshes FOLDER", options->meshes, "folder with armadillo.off").show_default();
-  add_rounds(command, options->rounds, "passes over all points");
-  return [options] { return all_rows(*options); };
+  add_counts(command, {rounds_of(options->rounds, "passes over all points")});
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

@@ -36,7 +36,7 @@ size_t choose_core(const std::optional<size_t>& wanted) {
                            "; choose another with --core (taskset -cp $$ lists them)");
 }
 
-/// With the same witness as the servo's loop, so that both share the core alike.
+/// Runs cyclictest beside the same witness as the servo's loop, so that both share the core alike.
 CyclictestRun run_witnessed_cyclictest(const WakeOptions& wake) {
   std::thread witness([&] { measure_witness(wake); });
   CyclictestRun run = run_cyclictest(static_cast<int>(wake.seconds), wake.core);
@@ -73,7 +73,7 @@ std::vector<JitterRound> measure(const Options& options) {
   return rounds;
 }
 
-std::vector<Row> all_rows(const Options& options) {
+void all_rows(const Options& options, const Rows& all) {
   const std::vector<JitterRound> rounds = measure(options);
   const std::string problem = peer_problem_of(rounds);
   if (!problem.empty()) std::cerr << "hapt: " << problem << '\n';
@@ -81,7 +81,7 @@ std::vector<Row> all_rows(const Options& options) {
   if (rights.fifo_errno != 0) {
     std::cerr << "hapt: " << rights.explain() << "; no goal is applied\n";
   }
-  return make_jitter_rows(rounds).rows();
+  add_jitter_rows(rounds, all);
 }
 
 }  // namespace
@@ -89,15 +89,14 @@ std::vector<Row> all_rows(const Options& options) {
 /// Wake-up lateness of the servo's clock, in alternation with cyclictest.
 Measured bench_jitter(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--pairs", options->pairs, "rounds of servo, cyclictest and hybrid")
-      .range(1, 1000)
-      .show_default();
+  add_counts(command,
+             {{"--pairs", &options->pairs, "rounds of servo, cyclictest and hybrid", 1, 1000}});
   command
       .quantity("--for", options->seconds, Dimension::kTime, {1, 3600},
                 "of each window, rounded up to whole seconds", "s")
       .show_default();
   command.option("--core", options->core, "on which they all run").show_default("the last allowed");
-  return [options] { return all_rows(*options); };
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

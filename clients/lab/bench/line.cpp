@@ -82,29 +82,28 @@ Answers ask(const Options& options) {
   return answers;
 }
 
-std::vector<Row> all_rows(const Options& options) {
+void all_rows(const Options& options, const Rows& all) {
   const Answers answers = ask(options);
-  Rows rows = machine_rows("line");
+  Rows rows = all.machine("line");
   rows.add({{"lines asked", answers.lines},
             {"not answered within 20 ms", answers.missing, "", kMustBeZero},
             {"answered with an error", answers.errors, "", kMustBeZero},
             {"answered after the next tick", answers.late}});
   rows.add("answer", answers.times);
-  return rows.rows();
 }
 
 }  // namespace
 
-/// How long a device on a serial node takes to answer the line of docs/six-motors.md, asked once a
-/// tick with zero currents: from before the write to after the read.
+/// Measures how long a device on a serial node takes to answer the line of docs/six-motors.md,
+/// asked once a tick with zero currents: from before the write to after the read.
 Measured bench_line(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("NODE", options->node, "of the device, or of the program that speaks for it")
       .required();
   command.quantity("--for", options->seconds, Dimension::kTime, {0.1, 3600}, "of asking", "s")
       .show_default();
-  command.option("--motors", options->motors, "numbers in a line").range(1, 6).show_default();
-  return [options] { return all_rows(*options); };
+  add_counts(command, {{"--motors", &options->motors, "numbers in a line", 1, 6}});
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

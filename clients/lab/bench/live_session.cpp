@@ -68,15 +68,13 @@ SessionWindow LiveSession::watch(double seconds) {
   const auto percentile = [](const Histogram& times, double q) {
     return 1e-9 * static_cast<double>(times.percentile(q));
   };
-  SessionWindow window;
-  window.seconds = lasted;
-  window.busy_p50 = percentile(busy, 50);
-  window.busy_p99 = percentile(busy, 99);
-  window.wake_p99 = percentile(wake, 99);
-  window.contact_rate = static_cast<double>(n_sets) / lasted;
-  window.contacts =
-      static_cast<double>(n_contacts) / static_cast<double>(std::max<uint64_t>(n_frames, 1));
-  return window;
+  return {.busy_p50 = percentile(busy, 50),
+          .busy_p99 = percentile(busy, 99),
+          .wake_p99 = percentile(wake, 99),
+          .contact_rate = static_cast<double>(n_sets) / lasted,
+          .contacts = static_cast<double>(n_contacts) /
+                      static_cast<double>(std::max<uint64_t>(n_frames, 1)),
+          .seconds = lasted};
 }
 
 }  // namespace haptic

@@ -48,14 +48,11 @@ struct Course {
 };
 
 Course course_of(const LodPair& pair, const ContactShapes& shapes, Renderer renderer) {
-  Course course;
-  course.name = row_of(renderer).name;
-  course.renderer = renderer;
   SessionConfig config = pair.config;
   config.renderer = renderer;
-  course.model = std::make_unique<ContactModel>(build_contact_model(config, shapes));
-  course.state = std::make_unique<ContactState>(*course.model);
-  return course;
+  auto model = std::make_unique<ContactModel>(build_contact_model(config, shapes));
+  auto state = std::make_unique<ContactState>(*model);
+  return {std::string(row_of(renderer).name), renderer, std::move(model), std::move(state), {}, {}};
 }
 
 /// Force and torque of the contacts of a set where the tool is, about its origin.
@@ -63,11 +60,7 @@ Wrench wrench_of(const ContactSet& set, const ServoFrame& servo) {
   SoftProxyModel model;
   model.solver = SoftSolver::kDirect;
   SoftProxyState state;
-  BodyTick tick;
-  tick.tool = set.tool;
-  tick.hand = {servo.X_WT, servo.V_WT};
-  tick.contacts = &set;
-  tick.dt = kTick;
+  const BodyTick tick{{}, {servo.X_WT, servo.V_WT}, &set, kTick, set.tool, {}};
   return solve_soft_proxy(model, state, tick).F_hand_W;
 }
 
@@ -97,19 +90,14 @@ double rms_of(const std::vector<Wrench>& forces, const std::vector<Wrench>* less
   return std::sqrt(sum / static_cast<double>(std::max<size_t>(forces.size(), 1)));
 }
 
-double mean_of(const std::vector<double>& times) {
-  double sum = 0;
-  for (const double time : times) sum += time;
-  return sum / static_cast<double>(std::max<size_t>(times.size(), 1));
-}
-
 const Course& course_named(const std::vector<Course>& courses, Renderer renderer) {
   return *std::find_if(courses.begin(), courses.end(),
                        [&](const Course& c) { return c.renderer == renderer; });
 }
 
-std::vector<Row> run_pair(const LodPair& pair, const BakedSession& baked, const Options& options) {
-  Rows rows(pair.name);
+void run_pair(const LodPair& pair, const BakedSession& baked, const Options& options,
+              const Rows& all) {
+  Rows rows = all.of(pair.name);
   const size_t triangles =
       baked.objects[0].shape.mesh.triangles.size() + baked.tool->shape.mesh.triangles.size();
   rows.add("triangles of both", triangles);
@@ -149,18 +137,16 @@ std::vector<Row> run_pair(const LodPair& pair, const BakedSession& baked, const 
              at_least(goal_if(is_judged, kGoalFaster))},
             {"direct6 (every triangle) over sensation, mean CPU",
              mean_of(triangle.times) / mean_of(sensation.times)}});
-  return rows.rows();
 }
 
-std::vector<Row> run(const Options& options) {
-  Rows rows = machine_rows("contact levels of detail");
+void run(const Options& options, const Rows& all) {
+  Rows rows = all.machine("contact levels of detail");
   rows.add("threshold of sensation", options.threshold, "m");
   for (const std::string& name : options.pairs) {
     LodPair pair = make_lod_pair(name);
     pair.config.pieces.threshold = options.threshold;
-    rows.append(run_pair(pair, bake_session(pair.config), options));
+    run_pair(pair, bake_session(pair.config), options, all);
   }
-  return rows.rows();
 }
 
 }  // namespace
@@ -172,12 +158,10 @@ Measured bench_lod(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--pair PAIR", options->pairs, "bolt, teeth or joint; several may be given")
       .one_of(kLodPairs);
-  command.option("--ticks", options->ticks, "of 1 ms, for each pair")
-      .range(1, 1'000'000)
-      .show_default();
+  add_counts(command, {{"--ticks", &options->ticks, "of 1 ms, for each pair", 1, 1'000'000}});
   command.quantity("--threshold", options->threshold, Dimension::kLength, {0, 10e-3},
                    "haptic error beyond which sensation refines", "m");
-  return [options] { return run(*options); };
+  return measured(run, options);
 }
 
 }  // namespace haptic

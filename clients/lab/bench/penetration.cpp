@@ -102,7 +102,7 @@ size_t allocations(const Work& work) {
   });
 }
 
-std::vector<Row> bench_depth(const Work& work, int rounds) {
+void bench_depth(const Work& work, int rounds, const Rows& all) {
   const size_t n = work.poses.size();
   std::vector<double> exact(n), polytope(n);
   std::vector<PenetrationDepth> found(n);
@@ -120,7 +120,7 @@ std::vector<Row> bench_depth(const Work& work, int rounds) {
                          }});
   take_turns(contestants, n, kChunk, rounds);
 
-  Rows rows("depth, " + work.name());
+  Rows rows = all.of("depth, " + work.name());
   const std::vector<double> times = fastest(contestants[0], n);
   const double median = percentile(times, 50);
   rows.add(
@@ -141,10 +141,9 @@ std::vector<Row> bench_depth(const Work& work, int rounds) {
   add_peers(rows, contestants, answers, exact);
   add_times(rows, "polytope, always", fastest(contestants.back(), n));
   rows.none("allocations", allocations(work));
-  return rows.rows();
 }
 
-std::vector<Row> bench_distance(const Work& work, int rounds) {
+void bench_distance(const Work& work, int rounds, const Rows& all) {
   std::vector<Pose> poses = work.poses;
   for (Pose& X_AB : poses) X_AB.p += kApart * normalized(X_AB.p);
   const size_t n = poses.size();
@@ -162,7 +161,7 @@ std::vector<Row> bench_distance(const Work& work, int rounds) {
   const auto answers = enter_peers(contestants, peers, poses);
   take_turns(contestants, n, kChunk, rounds);
 
-  Rows rows("distance, " + work.name());
+  Rows rows = all.of("distance, " + work.name());
   add_times(rows, "feature walk", fastest(contestants[0], n));
   rows.add("steps, mean", static_cast<double>(n_steps) / static_cast<double>(n) / rounds);
   add_peers(rows, contestants, answers, found);
@@ -171,17 +170,15 @@ std::vector<Row> bench_distance(const Work& work, int rounds) {
   } else {
     rows.add("feature walk p50 over FCL's", median_ratio(contestants[0], contestants[1]));
   }
-  return rows.rows();
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("penetration");
+void all_rows(const Options& options, const Rows& all) {
+  all.machine("penetration");
   for (const uint32_t n : kConvexSizes) {
     const Work work(n, options.poses);
-    rows.append(bench_depth(work, options.rounds));
-    rows.append(bench_distance(work, options.rounds));
+    bench_depth(work, options.rounds, all);
+    bench_distance(work, options.rounds, all);
   }
-  return rows.rows();
 }
 
 }  // namespace
@@ -192,11 +189,9 @@ std::vector<Row> all_rows(const Options& options) {
 /// rounds for each query.
 Measured bench_penetration(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--poses", options->poses, "of each pair of hulls")
-      .range(100, 100000)
-      .show_default();
-  add_rounds(command, options->rounds, "alternations");
-  return [options] { return all_rows(*options); };
+  add_counts(command, {{"--poses", &options->poses, "of each pair of hulls", 100, 100000},
+                       rounds_of(options->rounds, "alternations")});
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

@@ -4,7 +4,7 @@
 #include <limits>
 #include <memory>
 
-#include "clients/lab/eval/renderer.h"
+#include "clients/lab/eval/mesh/renderer.h"
 #include "clients/lab/eval/scenes/workload.h"
 #include "clients/lab/selftest/rt_guard.h"
 #include "clients/lab/support/scripted_hand.h"
@@ -63,15 +63,15 @@ void keep(const ContactSet& set) {
 }
 
 void add_time(Rows& rows, const Histogram& times, double radius, bool judged) {
-  const auto add = [&](const char* metric, int64_t ns, std::optional<double> goal) {
-    rows.at_most(metric, 1e-9 * static_cast<double>(ns), "s", goal);
-  };
+  const auto seconds = [](int64_t ns) { return 1e-9 * static_cast<double>(ns); };
   const double sphere_p99 = radius > kSmallSphere ? kGoalLargeP99 : kGoalSmallP99;
   const bool point = radius == 0, point_judged = judged && point;
-  add("contact step, CPU p50", times.percentile(50), goal_if(point_judged, kGoalP50));
-  add("contact step, CPU p99", times.percentile(99),
-      goal_if(judged, point ? kGoalP99 : sphere_p99));
-  add("contact step, CPU max", times.max(), goal_if(point_judged, kGoalMax));
+  rows.add({{"contact step, CPU p50", seconds(times.percentile(50)), "s",
+             at_most(goal_if(point_judged, kGoalP50))},
+            {"contact step, CPU p99", seconds(times.percentile(99)), "s",
+             at_most(goal_if(judged, point ? kGoalP99 : sphere_p99))},
+            {"contact step, CPU max", seconds(times.max()), "s",
+             at_most(goal_if(point_judged, kGoalMax))}});
 }
 
 /// The least time of each step over the repetitions.
@@ -115,8 +115,8 @@ Watched watch_steps(const ContactModel& model, std::span<const ServoFrame> frame
   return watched;
 }
 
-std::vector<Row> bench_one(const std::string& name, const MeshShape& shape, double radius,
-                           const Options& options) {
+void bench_one(const std::string& name, const MeshShape& shape, double radius,
+               const Options& options, const Rows& all) {
   const ToolPath path = make_eval_work(name, radius).path;
   const std::vector<ServoFrame> frames = questions(path, options.ticks);
   SessionConfig config = plain_session(1000);
@@ -125,27 +125,24 @@ std::vector<Row> bench_one(const std::string& name, const MeshShape& shape, doub
   const Histogram times = time_steps(model, frames, options.repetitions);
   const Watched watched = watch_steps(model, frames);
 
-  Rows rows("virtual-proxy3, radius " + readable(radius, "m") + ", on " + name);
-  rows.note("work", name + ", radius " + readable(radius, "m"));
+  Rows rows = all.of("virtual-proxy3, radius " + readable(radius, "m") + ", on " + name);
   const size_t triangles = shape.mesh.triangles.size();
-  rows.add("triangles", triangles);
+  rows.add({{"work", name + ", radius " + readable(radius, "m")}, {"triangles", triangles}});
   add_time(rows, times, radius, triangles >= kJudgedFrom);
   rows.add({{"contacts, most in a step", watched.most_contacts},
             {"steps cut short", watched.limited},
             {"answers truncated", watched.truncated},
             {"allocations", watched.allocated, "", kMustBeZero}});
-  return rows.rows();
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("point-proxy");
+void all_rows(const Options& options, const Rows& all) {
+  all.machine("point-proxy");
   for (const std::string& name : options.meshes) {
     const MeshShapeData mesh = build_shape(make_eval_work(name, 0).soup);
     for (const double radius : options.radii) {
-      rows.append(bench_one(name, mesh.view(), radius, options));
+      bench_one(name, mesh.view(), radius, options, all);
     }
   }
-  return rows.rows();
 }
 
 }  // namespace
@@ -164,10 +161,9 @@ Measured bench_point_proxy(Command& command) {
       .quantities("--radius", options->radii, Dimension::kLength, {0, 0.05},
                   "of the proxy, as often as wanted; a number alone: metres", "m")
       .show_default();
-  command.option("--repetitions", options->repetitions, "the fastest of each tick counts")
-      .range(1, 100)
-      .show_default();
-  return [options] { return all_rows(*options); };
+  add_counts(command,
+             {{"--repetitions", &options->repetitions, "the fastest of each tick counts", 1, 100}});
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

@@ -37,10 +37,6 @@ Pairs sorted(std::span<const NearPair> near) {
   return pairs;
 }
 
-double worst(const std::vector<double>& values) {
-  return *std::max_element(values.begin(), values.end());
-}
-
 /// Wraps a query so that its CPU time is stored [s].
 template <class Query>
 std::function<void(size_t)> with_cpu(std::vector<double>& cpu, const Query& query) {
@@ -69,8 +65,11 @@ double allocations(NearFront& front, NearContacts& contacts, const std::vector<P
 /// Differences at every pose: sets of pairs, and collision against FCL.
 struct Agreement {
   double other_sets = 0, other_answers = 0, touching = 0;
-  std::vector<double> pairs, minima, kept, visited, boxes, triangles;
+  std::array<std::vector<double>, 6> counts;  // of kCounted
 };
+constexpr std::array kCounted{"near pairs",     "local minima",
+                              "contacts kept",  "pairs of nodes looked at",
+                              "boxes compared", "triangles measured"};
 
 Agreement compare(const ProximityWork& work, PairPeer* peer) {
   const MeshShape object = work.object.view(), tool = work.tool.view();
@@ -86,12 +85,13 @@ Agreement compare(const ProximityWork& work, PairPeer* peer) {
     const Pairs set = sorted(near);
     found.other_sets += set != sorted(std::span(cold).first(std::min(n, cold.size())));
     const NearContactSet reduced = contacts.reduce(near, X_OT);
-    found.pairs.push_back(static_cast<double>(near.size()));
-    found.minima.push_back(static_cast<double>(reduced.minima));
-    found.kept.push_back(static_cast<double>(reduced.contacts.size()));
-    found.visited.push_back(static_cast<double>(front.work().visited));
-    found.boxes.push_back(static_cast<double>(front.work().boxes));
-    found.triangles.push_back(static_cast<double>(front.work().triangles));
+    const auto& work_done = front.work();
+    const std::array<size_t, kCounted.size()> counts{
+        near.size(),       reduced.minima,  reduced.contacts.size(),
+        work_done.visited, work_done.boxes, work_done.triangles};
+    for (size_t i = 0; i < counts.size(); ++i) {
+      found.counts[i].push_back(static_cast<double>(counts[i]));
+    }
     found.touching += reduced.meeting > 0;
     const bool any = any_near_pair(object, tool, X_OT, kBand);
     found.other_answers += any != (n > 0);
@@ -106,20 +106,17 @@ void add_agreement(Rows& rows, const Agreement& found, double poses) {
   rows.add({{"poses at which they touch", found.touching / poses},
             {"sets that differ from those found from scratch", found.other_sets, "", kMustBeZero},
             {"yes or no that differs", found.other_answers, "", kMustBeZero}});
-  const auto add_counts = [&](const std::string& what, const std::vector<double>& n) {
-    rows.add({{what + ", p50", percentile(n, 50)}, {what + ", most", worst(n)}});
-  };
-  add_counts("near pairs", found.pairs);
-  add_counts("local minima", found.minima);
-  add_counts("contacts kept", found.kept);
-  add_counts("pairs of nodes looked at", found.visited);
-  add_counts("boxes compared", found.boxes);
-  add_counts("triangles measured", found.triangles);
+  for (size_t i = 0; i < kCounted.size(); ++i) {
+    const std::string what = kCounted[i];
+    rows.add({{what + ", p50", percentile(found.counts[i], 50)},
+              {what + ", most", percentile(found.counts[i], 100)}});
+  }
 }
 
 /// `goals`: p99 of the front alone, and of front and contacts together [s].
-std::vector<Row> bench_pairs(const ProximityWork& work, std::vector<std::optional<double>> goals) {
-  Rows rows("proximity, " + work.name);
+void bench_pairs(const ProximityWork& work, std::vector<std::optional<double>> goals,
+                 const Rows& all) {
+  Rows rows = all.of("proximity, " + work.name);
   const MeshShape object = work.object.view(), tool = work.tool.view();
   const auto peer = make_fcl_peer(object.mesh, tool.mesh);
   rows.add({{"triangles of the object", object.mesh.triangles.size()},
@@ -161,17 +158,15 @@ std::vector<Row> bench_pairs(const ProximityWork& work, std::vector<std::optiona
   rows.add({{"front, pairs of nodes", front.size()},
             {"allocations once along the path", allocations(reduced, contacts, poses), "",
              kMustBeZero}});
-  return rows.rows();
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("proximity");
+void all_rows(const Options& options, const Rows& all) {
+  all.machine("proximity");
   const auto wants = [&](const std::string& name) {
     return std::find(options.cases.begin(), options.cases.end(), name) != options.cases.end();
   };
-  if (wants("torus")) rows.append(bench_pairs(torus_on_torus(options.torus_poses), {1e-4}));
-  if (wants("bolt")) rows.append(bench_pairs(bolt_through_nut(options.bolt_poses), {3e-3, 1e-3}));
-  return rows.rows();
+  if (wants("torus")) bench_pairs(torus_on_torus(options.torus_poses), {1e-4}, all);
+  if (wants("bolt")) bench_pairs(bolt_through_nut(options.bolt_poses), {3e-3, 1e-3}, all);
 }
 
 }  // namespace
@@ -183,9 +178,9 @@ Measured bench_proximity(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--case CASE", options->cases, "torus or bolt; several may be given")
       .one_of({"torus", "bolt"});
-  command.option("--torus-poses", options->torus_poses, "of 1 kHz").range(2, 100000).show_default();
-  command.option("--bolt-poses", options->bolt_poses, "of 1 kHz").range(2, 100000).show_default();
-  return [options] { return all_rows(*options); };
+  add_counts(command, {{"--torus-poses", &options->torus_poses, "of 1 kHz", 2, 100000},
+                       {"--bolt-poses", &options->bolt_poses, "of 1 kHz", 2, 100000}});
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

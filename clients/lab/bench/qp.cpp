@@ -48,118 +48,97 @@ struct Work {
   std::vector<Question> questions;
 };
 
-class Maker {
- public:
-  explicit Maker(uint64_t seed) : dice_(seed) {}
-
-  /// `n` contacts on a plane, in a bowl, around a peg or all round, with gaps of up to 50 µm.
-  void add_contacts(Work& work, size_t n) {
-    const Vec3 axis = direction();
-    const size_t arrangement = work.rows.size() % 4;
-    std::vector<MotionRow> rows;
-    std::vector<FrictionContact> contacts;
-    for (size_t i = 0; i < n; ++i) {
-      Vec3 normal = direction(), r = kRadius * uniform(0, 1) * direction();
-      if (arrangement == 0) normal = axis, r = r - (dot(r, axis) + 0.3 * kRadius) * axis;
-      if (arrangement == 1) normal = normalized(axis + 0.7 * normal);
-      if (arrangement == 2) normal = normalized(cross(axis, normal));
-      const double gap = i % 2 == 0 ? 0 : uniform(0, 5e-5);
-      rows.push_back(contact_row(r, normal, gap, 1e-4));
-      contacts.push_back({r, normal, -gap / kTick, kFriction, {}});
-    }
-    work.rows.push_back(std::move(rows));
-    work.contacts.push_back(std::move(contacts));
+/// Adds `n` contacts on a plane, in a bowl, around a peg or all round, with gaps of up to 50 µm.
+void add_contacts(Work& work, size_t n, Dice& dice) {
+  const Vec3 axis = dice.direction();
+  const size_t arrangement = work.rows.size() % 4;
+  std::vector<MotionRow>& rows = work.rows.emplace_back();
+  std::vector<FrictionContact>& contacts = work.contacts.emplace_back();
+  for (size_t i = 0; i < n; ++i) {
+    Vec3 normal = dice.direction(), r = kRadius * dice.uniform(0, 1) * dice.direction();
+    if (arrangement == 0) normal = axis, r = r - (dot(r, axis) + 0.3 * kRadius) * axis;
+    if (arrangement == 1) normal = normalized(axis + 0.7 * normal);
+    if (arrangement == 2) normal = normalized(cross(axis, normal));
+    const double gap = i % 2 == 0 ? 0 : dice.uniform(0, 5e-5);
+    rows.push_back(contact_row(r, normal, gap, 1e-4));
+    contacts.push_back({r, normal, -gap / kTick, kFriction, {}});
   }
+}
 
-  Twist motion(double size) {
-    return {size * direction(), size / kRadius * uniform(0, 1) * direction()};
-  }
-
- private:
-  Vec3 direction() { return dice_.direction(); }
-  double uniform(double low, double high) { return dice_.uniform(low, high); }
-
-  Dice dice_;
-};
+Twist draw_motion(double size, Dice& dice) {
+  return {size * dice.direction(), size / kRadius * dice.uniform(0, 1) * dice.direction()};
+}
 
 /// `coherent`: the contacts stay for fifty ticks while the hand, 5 mm behind them, moves at
 /// 0.1 m/s; otherwise every tick has new contacts.
 Work make_work(size_t n, size_t ticks, bool coherent) {
-  Maker make(n + (coherent ? 1000 : 0));
+  Dice dice(n + (coherent ? 1000 : 0));
   Work work;
   const double inertia = 0.4 * kMass * kRadius * kRadius;
   work.M = mass_matrix(kMass, {{{inertia, 0, 0}, {0, 0.7 * inertia, 0}, {0, 0, 0.5 * inertia}}});
   work.metric = factor_metric(work.M);
   const size_t sets = coherent ? (ticks + kSameContacts - 1) / kSameContacts : ticks;
-  for (size_t k = 0; k < sets; ++k) make.add_contacts(work, n);
+  for (size_t k = 0; k < sets; ++k) add_contacts(work, n, dice);
   Twist hand, drift;
   for (size_t tick = 0; tick < ticks; ++tick) {
     const size_t set = coherent ? tick / kSameContacts : tick;
-    if (!coherent || tick % kSameContacts == 0) hand = make.motion(5e-3), drift = make.motion(1e-4);
+    if (!coherent || tick % kSameContacts == 0) {
+      hand = draw_motion(5e-3, dice), drift = draw_motion(1e-4, dice);
+    }
     hand = hand + drift;
     work.questions.push_back({hand, &work.rows[set], &work.contacts[set]});
   }
   return work;
 }
 
-/// All solvers for the problem of a tick, each with its own memory.
-class Solvers {
- public:
-  explicit Solvers(const Work& work, size_t n)
-      : work_(work), pivoting_(n), seidel_(n), coulomb_(n) {}
-
-  void cold(size_t i) {
-    const Question& q = work_.questions[i];
-    motion = least_constraint(work_.metric, q.a_u, *q.rows);
-    failed += !motion.converged;
-  }
-  /// Warm start from the last active set, which is only a guess for other contacts.
-  void warm(size_t i) {
-    const Question& q = work_.questions[i];
-    warm_ = least_constraint(work_.metric, q.a_u, *q.rows,
-                             {warm_.active.data(), static_cast<size_t>(warm_.n_active)});
-    failed += !warm_.converged;
-  }
-  void pivoting(size_t i) {
-    const Question& q = work_.questions[i];
-    unpivoted += !pivoting_.step(LcpMethod::kPivoting, work_.metric, q.a_u, *q.rows).converged;
-  }
-  /// At most two hundred sweeps, as a fallback would use.
-  void seidel(size_t i) {
-    const Question& q = work_.questions[i];
-    unsettled += !seidel_.step(LcpMethod::kGaussSeidel, work_.metric, q.a_u, *q.rows).converged;
-  }
-  void coulomb(size_t i) {
-    const Question& q = work_.questions[i];
-    const FrictionStep out = coulomb_.step(work_.metric, kPull * q.a_u, *q.contacts);
-    unsettled_friction += !out.converged;
-  }
-
-  ConstrainedMotion motion;
-  size_t failed = 0, unpivoted = 0, unsettled = 0, unsettled_friction = 0;
-
- private:
-  const Work& work_;
-  ConstrainedMotion warm_;
-  LcpSolver pivoting_, seidel_;
-  CoulombSolver coulomb_;
+/// A solver with its own memory.
+struct Solver {
+  std::string name;
+  std::function<bool(const Question&)> converges;
+  size_t failed = 0;  // number of questions
 };
 
-uint64_t allocations(Solvers& solvers, size_t ticks) {
-  return allocations_of([&] {
-    for (size_t i = 0; i < ticks; ++i) {
-      solvers.cold(i), solvers.warm(i), solvers.pivoting(i), solvers.seidel(i), solvers.coulomb(i);
-    }
-  });
+/// Solves from scratch, from the last active set (which is only a guess for other contacts), by
+/// pivoting, by at most two hundred sweeps (as a fallback would), and with friction.
+std::vector<Solver> solvers_of(const Work& work, size_t n) {
+  const MotionMetric& metric = work.metric;
+  const auto by = [&](LcpMethod method) {
+    return [&metric, method, own = std::make_shared<LcpSolver>(n)](const Question& q) {
+      return own->step(method, metric, q.a_u, *q.rows).converged;
+    };
+  };
+  const auto cold = [&metric](const Question& q) {
+    return least_constraint(metric, q.a_u, *q.rows).converged;
+  };
+  const auto warm = [&metric, last = ConstrainedMotion{}](const Question& q) mutable {
+    last = least_constraint(metric, q.a_u, *q.rows,
+                            {last.active.data(), static_cast<size_t>(last.n_active)});
+    return last.converged;
+  };
+  const auto coulomb = [&metric, own = std::make_shared<CoulombSolver>(n)](const Question& q) {
+    return own->step(metric, kPull * q.a_u, *q.contacts).converged;
+  };
+  return {{"cold", cold},
+          {"warm", warm},
+          {"pivoting", by(LcpMethod::kPivoting)},
+          {"Gauss-Seidel", by(LcpMethod::kGaussSeidel)},
+          {"Coulomb", coulomb}};
+}
+
+/// The solvers as contestants, which count the questions on which they fail.
+std::vector<Contestant> contestants_of(std::span<Solver> solvers, const Work& work) {
+  std::vector<Contestant> contestants;
+  for (Solver& solver : solvers) {
+    contestants.push_back(
+        {solver.name, [&](size_t i) { solver.failed += !solver.converges(work.questions[i]); }});
+  }
+  return contestants;
 }
 
 /// Compared with Bullet's pivoting; both get A and b ready-made.
 void bench_dantzig(Rows& rows, const Work& work, size_t n, const Options& options) {
-  const std::unique_ptr<DantzigPeer> bullet = make_bullet_dantzig();
-  if (!bullet) {
-    rows.note("Bullet's Dantzig", kLeftOut);
-    return;
-  }
+  const DantzigPeer bullet = make_bullet_dantzig();
+  if (!bullet) return rows.note("Bullet's Dantzig", kLeftOut);
   struct Lcp {
     std::vector<double> A, b;
   };
@@ -181,78 +160,77 @@ void bench_dantzig(Rows& rows, const Work& work, size_t n, const Options& option
   std::vector<Contestant> contestants{
       {"pivoting on a ready matrix",
        [&](size_t i) { own.solve(LcpMethod::kPivoting, lcps[i].A, lcps[i].b); }},
-      {"Bullet's Dantzig", [&](size_t i) { failed += !bullet->solve(lcps[i].A, lcps[i].b, f); }}};
+      {"Bullet's Dantzig", [&](size_t i) { failed += !bullet(lcps[i].A, lcps[i].b, f); }}};
   take_turns(contestants, ticks, kChunk, options.rounds);
-  for (const double q : {50.0, 99.0}) {
-    rows.add_beside(contestants[0].name + (q < 60 ? " p50" : " p99"),
-                    percentile(contestants[0].times, q), "s", contestants[1].name,
-                    percentile(contestants[1].times, q));
-  }
+  add_beside(rows, contestants[0].name, contestants[0].times, contestants[1].name,
+             contestants[1].times);
   rows.add("Bullet's Dantzig says it failed", failed);
 }
 
-void bench_cgal(Rows& rows, const Work& work, Solvers& solvers, const Options& options) {
+void bench_cgal(Rows& rows, const Work& work, const Options& options) {
   const size_t ticks = std::min(options.exact_ticks, work.questions.size());
-  double different = 0;
+  ConstrainedMotion cold;
   Twist exact;
-  std::vector<Contestant> contestants{{"cold", [&](size_t i) { solvers.cold(i); }},
-                                      {"CGAL, exact", [&](size_t i) {
-                                         const Question& q = work.questions[i];
-                                         exact = cgal_least_constraint(work.M, q.a_u, *q.rows);
-                                       }}};
+  const auto solve = [&](size_t i) {
+    cold = least_constraint(work.metric, work.questions[i].a_u, *work.questions[i].rows);
+  };
+  const auto solve_exactly = [&](size_t i) {
+    exact = cgal_least_constraint(work.M, work.questions[i].a_u, *work.questions[i].rows);
+  };
+  std::vector<Contestant> contestants{{"cold", solve}, {"CGAL, exact", solve_exactly}};
   take_turns(contestants, ticks, std::max<size_t>(1, ticks / 10), 1);
   rows.add_beside("cold, CGAL's questions, p50", percentile(contestants[0].times, 50), "s",
                   contestants[1].name, percentile(contestants[1].times, 50));
+  double different = 0;
   for (size_t i = 0; i < ticks; ++i) {
-    const Question& q = work.questions[i];
-    solvers.cold(i);
-    exact = cgal_least_constraint(work.M, q.a_u, *q.rows);
-    const Twist d = solvers.motion.a - exact;
-    different = std::max(different, std::sqrt(dot(work.M * d, d) / dot(work.M * q.a_u, q.a_u)));
+    solve(i);
+    solve_exactly(i);
+    const Twist d = cold.a - exact, a_u = work.questions[i].a_u;
+    different = std::max(different, std::sqrt(dot(work.M * d, d) / dot(work.M * a_u, a_u)));
   }
   rows.at_most("farthest from CGAL's answer, of the motion", different, "", 1e-9);
 }
 
-std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options) {
-  Rows rows((coherent ? "the same contacts, " : "new contacts, ") + std::to_string(n));
+void bench_contacts(size_t n, bool coherent, const Options& options, const Rows& all) {
+  Rows rows = all.of((coherent ? "the same contacts, " : "new contacts, ") + std::to_string(n));
   const Work work = make_work(n, options.ticks, coherent);
-  Solvers solvers(work, n);
-  std::vector<Contestant> contestants{{"cold", [&](size_t i) { solvers.cold(i); }},
-                                      {"warm", [&](size_t i) { solvers.warm(i); }},
-                                      {"pivoting", [&](size_t i) { solvers.pivoting(i); }}};
+  std::vector<Solver> solvers = solvers_of(work, n);
+  const std::span<Solver> fast = std::span(solvers).first(3), slow = std::span(solvers).last(2);
+  std::vector<Contestant> contestants = contestants_of(fast, work);
   take_turns(contestants, options.ticks, kChunk, options.rounds);
   // the goal is for the servo's case: contacts that persist, with warm start
   const bool has_goal = coherent && (n == 20 || n == 64);
-  add_times(rows, contestants[0].name, contestants[0].times);
-  add_times(rows, contestants[1].name, contestants[1].times,
-            goal_if(has_goal, n == 20 ? kGoal20 : kGoal64));
-  add_times(rows, contestants[2].name, contestants[2].times);
-  rows.add({{"not converged", solvers.failed, "", kMustBeZero},
-            {"pivoting not converged", static_cast<double>(solvers.unpivoted) /
-                                           static_cast<double>(contestants[2].times.size())}});
-  if (!coherent) return rows.rows();
+  for (const Contestant& c : contestants) {
+    add_times(rows, c.name, c.times,
+              goal_if(has_goal && c.name == "warm", n == 20 ? kGoal20 : kGoal64));
+  }
+  const auto share = [](const Solver& solver, const Contestant& asked) {
+    return static_cast<double>(solver.failed) / static_cast<double>(asked.times.size());
+  };
+  rows.add({{"not converged", fast[0].failed + fast[1].failed, "", kMustBeZero},
+            {"pivoting not converged", share(fast[2], contestants[2])}});
+  if (!coherent) return;
 
   const size_t fewer = std::min<size_t>(options.ticks, 500);
-  std::vector<Contestant> slower{{"Gauss-Seidel", [&](size_t i) { solvers.seidel(i); }},
-                                 {"Coulomb", [&](size_t i) { solvers.coulomb(i); }}};
+  std::vector<Contestant> slower = contestants_of(slow, work);
   take_turns(slower, fewer, kChunk, options.rounds);
   for (const Contestant& c : slower) add_times(rows, c.name, c.times);
-  const double asked = static_cast<double>(slower[0].times.size());
-  rows.add(
-      {{"Gauss-Seidel not settled in 200 sweeps", static_cast<double>(solvers.unsettled) / asked},
-       {"Coulomb not converged", static_cast<double>(solvers.unsettled_friction) / asked}});
+  rows.add({{"Gauss-Seidel not settled in 200 sweeps", share(slow[0], slower[0])},
+            {"Coulomb not converged", share(slow[1], slower[1])}});
   bench_dantzig(rows, work, n, options);
-  bench_cgal(rows, work, solvers, options);
-  rows.none("allocations", allocations(solvers, fewer));
-  return rows.rows();
+  bench_cgal(rows, work, options);
+  rows.none("allocations", allocations_of([&] {
+              for (size_t i = 0; i < fewer; ++i) {
+                for (const Solver& solver : solvers) solver.converges(work.questions[i]);
+              }
+            }));
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("qp");
+void all_rows(const Options& options, const Rows& all) {
+  all.machine("qp");
   for (const size_t n : {1, 4, 5, 20, 64}) {
-    for (const bool coherent : {false, true}) rows.append(bench_contacts(n, coherent, options));
+    for (const bool coherent : {false, true}) bench_contacts(n, coherent, options, all);
   }
-  return rows.rows();
 }
 
 }  // namespace
@@ -261,14 +239,11 @@ std::vector<Row> all_rows(const Options& options) {
 /// quadratic program and Bullet's Dantzig pivoting.
 Measured bench_qp(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--ticks", options->ticks, "questions of each kind")
-      .range(100, 1000000)
-      .show_default();
-  command.option("--exact-ticks", options->exact_ticks, "of them, also asked of CGAL")
-      .range(1, 100000)
-      .show_default();
-  add_rounds(command, options->rounds, "times each question is asked");
-  return [options] { return all_rows(*options); };
+  add_counts(command,
+             {{"--ticks", &options->ticks, "questions of each kind", 100, 1000000},
+              {"--exact-ticks", &options->exact_ticks, "of them, also asked of CGAL", 1, 100000},
+              rounds_of(options->rounds, "times each question is asked")});
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

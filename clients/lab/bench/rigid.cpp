@@ -45,14 +45,8 @@ struct Options {
 /// The initial pose of bolt_through_nut.
 RigidScene bolt_in_nut() {
   const auto bolt = std::make_shared<const ProximityWork>(bolt_through_nut(1));
-  RigidScene scene;
-  scene.name = bolt->name;
-  scene.object = bolt->object.view();
-  scene.tool = bolt->tool.view();
-  scene.storage = bolt;
-  scene.home = bolt->poses[0];
-  scene.shaking = {{3e-3, 3e-3, 3e-3}, {0.2, 0.2, 0.4}, {}};
-  return scene;
+  return {bolt->name, bolt->object.view(), bolt->tool.view(),
+          bolt,       bolt->poses[0],      {{3e-3, 3e-3, 3e-3}, {0.2, 0.2, 0.4}, {}}};
 }
 
 /// Every n-th frame, at most `most` of them.
@@ -161,8 +155,9 @@ Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& opt
   return tally;
 }
 
-std::vector<Row> rows_of(const RigidScene& scene, const ShakingHand& hand, const Tally& tally) {
-  Rows rows("rigid, " + scene.name);
+void add_scene(const RigidScene& scene, const ShakingHand& hand, const Tally& tally,
+               const Rows& all) {
+  Rows rows = all.of("rigid, " + scene.name);
   const auto count = static_cast<double>(tally.cpu.count());
   rows.add(
       {{"triangles of the object", scene.object.mesh.triangles.size()},
@@ -194,15 +189,14 @@ std::vector<Row> rows_of(const RigidScene& scene, const ShakingHand& hand, const
     rows.add_beside("one move, CPU p50, beside", p50, "s", "FCL, one distance at the same poses",
                     percentile(tally.peer, 50));
   }
-  return rows.rows();
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("rigid");
+void all_rows(const Options& options, const Rows& all) {
+  Rows rows = all.machine("rigid");
   uint64_t seed = options.seed;
   const auto run = [&](const RigidScene& scene) {
     const ShakingHand hand(scene.home, scene.shaking, seed++);
-    rows.append(rows_of(scene, hand, shake(scene, hand, options)));
+    add_scene(scene, hand, shake(scene, hand, options), all);
   };
   for (const std::string& name : options.scenes) {
     if (name == "peg") run(peg_in_hole(kClearance));
@@ -216,7 +210,6 @@ std::vector<Row> all_rows(const Options& options) {
                                       "'; give its folder with --meshes");
     }
   }
-  return rows.rows();
 }
 
 }  // namespace
@@ -229,18 +222,14 @@ Measured bench_rigid(Command& command) {
   options->meshes = meshes_folder();
   command.option("--scene SCENE", options->scenes, "bunny, peg or bolt; several may be given")
       .one_of({"bunny", "peg", "bolt"});
-  command.option("--frames", options->frames, "of 1 kHz, in each scene")
-      .range(1, 100'000'000)
-      .show_default();
-  command.option("--exact", options->exact, "poses checked exactly, at most")
-      .range(1, 100'000'000)
-      .show_default();
-  command.option("--rests", options->rests, "settled poses checked with all pairs, at most")
-      .range(1, 100'000'000)
-      .show_default();
+  add_counts(command,
+             {{"--frames", &options->frames, "of 1 kHz, in each scene", 1, 100'000'000},
+              {"--exact", &options->exact, "poses checked exactly, at most", 1, 100'000'000},
+              {"--rests", &options->rests, "settled poses checked with all pairs, at most", 1,
+               100'000'000}});
   command.option("--seed", options->seed, "of the hands").show_default();
   command.option("--meshes FOLDER", options->meshes, "folder with bunny00.off").show_default();
-  return [options] { return all_rows(*options); };
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

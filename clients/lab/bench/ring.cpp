@@ -146,7 +146,7 @@ void measure_link(LinkFigures& figures, Rights& rights) {
 }
 
 template <size_t kBytes>
-std::vector<Row> bench_size(int rounds, Rights& rights) {
+void bench_size(int rounds, Rights& rights, const Rows& all) {
   LinkFigures ring, queue;
   Progress progress(std::to_string(kBytes) + " B", rounds);
   for (int round = 0; round < rounds; ++round) {
@@ -154,13 +154,12 @@ std::vector<Row> bench_size(int rounds, Rights& rights) {
     measure_link<RingLink<kBytes>>(ring, rights);
     measure_link<QueueLink<kBytes>>(queue, rights);
   }
-  Rows rows(std::to_string(kBytes) + " B");
+  Rows rows = all.of(std::to_string(kBytes) + " B");
   const std::string size = std::to_string(kBytes) + " B, ";
   rows.add_beside(size + "one way p50", median(ring.p50), "s", kPeer, median(queue.p50));
   rows.add_beside(size + "one way p99", median(ring.p99), "s", kPeer, median(queue.p99));
   rows.add_beside(size + "throughput, nothing lost", median(ring.rate), "1/s", kPeer,
                   median(queue.rate));
-  return rows.rows();
 }
 
 using ServoRing = decltype(ServoChannels::frames);
@@ -249,7 +248,7 @@ void publish_frames(Burst& burst, Audience audience, int64_t period, uint64_t co
   pause_after(start_ns);
 }
 
-std::vector<Row> bench_publish(int rounds, Rights& rights) {
+void bench_publish(int rounds, Rights& rights, const Rows& all) {
   constexpr int64_t kServoPeriod = 1'000'000, kShortPeriod = 10'000;
   std::array<Times, 3> of;  // by audience
   Times servo;
@@ -273,7 +272,7 @@ std::vector<Row> bench_publish(int rounds, Rights& rights) {
   // kB
   constexpr double kGoalP99 = 1.25e-6, kGoalRatio = 1.2;
   // without real-time rights, or with a shared core, the figures are meaningless
-  Rows rows("ServoFrame", rights.all());
+  Rows rows = all.of("ServoFrame", rights.all());
   rows.add(
       {{"ServoFrame, bytes", sizeof(ServoFrame), "B"},
        {"publish every 10 µs, one fast reader p50", median(of[0].p50), "s"},
@@ -287,23 +286,22 @@ std::vector<Row> bench_publish(int rounds, Rights& rights) {
        {"8 slow readers over one fast, publish p50", median(slow_ratio), "", at_most(kGoalRatio)},
        {"8 stopped readers over one fast, publish p50", median(stopped_ratio), "",
         at_most(kGoalRatio)}});
-  return rows.rows();
 }
 
-std::vector<Row> all_rows(int rounds) {
+void all_rows(const int& rounds, const Rows& all) {
   if (allowed_processors().size() < 2) {
     throw std::runtime_error(
         "bench ring: writer and reader each keep a processor busy, and this process may use only "
         "one; run it where two are free (see taskset -p $$)");
   }
   Rights rights;
-  std::vector<std::vector<Row>> cases;
-  cases.push_back(bench_size<64>(rounds, rights));
-  cases.push_back(bench_size<256>(rounds, rights));
-  cases.push_back(bench_size<1024>(rounds, rights));
-  cases.push_back(bench_size<8192>(rounds, rights));
-  cases.push_back(bench_publish(rounds, rights));
-  Rows rows = machine_rows("ring");
+  const Rows cases;
+  bench_size<64>(rounds, rights, cases);
+  bench_size<256>(rounds, rights, cases);
+  bench_size<1024>(rounds, rights, cases);
+  bench_size<8192>(rounds, rights, cases);
+  bench_publish(rounds, rights, cases);
+  Rows rows = all.machine("ring");
   rows.note("pinned", rights.pin_refused ? "no: refused, or a single processor"
                                          : "writer and readers, each side to one processor");
   rows.note("rights", rights.refused != 0
@@ -311,8 +309,7 @@ std::vector<Row> all_rows(int rounds) {
                                 std::strerror(rights.refused) + "); " + kMendRealtime
                           : "SCHED_FIFO " + std::to_string(kFifo) + ", memory locked");
   rows.add("rounds", rounds);
-  for (const std::vector<Row>& some : cases) rows.append(some);
-  return rows.rows();
+  rows.append(cases.rows());
 }
 
 }  // namespace
@@ -326,8 +323,8 @@ std::vector<Row> all_rows(int rounds) {
 /// round; a figure is the median over the rounds.
 Measured bench_ring(Command& command) {
   const auto rounds = std::make_shared<int>(5);
-  add_rounds(command, *rounds, "alternations; medians are reported");
-  return [rounds] { return all_rows(*rounds); };
+  add_counts(command, {rounds_of(*rounds, "alternations; medians are reported")});
+  return measured(all_rows, rounds);
 }
 
 }  // namespace haptic

@@ -59,7 +59,7 @@ class PacedSim {
 
 }  // namespace
 
-std::vector<Row> scene_step_rows(const std::string& file) {
+void add_scene_steps(const std::string& file, const Rows& all) {
   const SessionConfig config = load_config(find_session_file(file));
   PlayedSession played(config);
   Lockstep& session = played.lockstep;
@@ -80,7 +80,7 @@ std::vector<Row> scene_step_rows(const std::string& file) {
   for (int64_t t_ns = begin_ns; t_ns < begin_ns + kQuietNs;) {
     quiet.tick(nullptr, t_ns += period_ns(config.sim_rate));
   }
-  Rows rows(file + ", the first 10 s of its hand in lockstep");
+  Rows rows = all.of(file + ", the first 10 s of its hand in lockstep");
   const auto add = [&](const char* when, const std::vector<double>& times) {
     if (times.empty()) return;
     add_times(rows, std::string("sim step CPU, ") + when + ":", times);
@@ -89,7 +89,6 @@ std::vector<Row> scene_step_rows(const std::string& file) {
   add("all at rest", quiet.times(false));
   rows.add({{"ticks left out", alone.left_out()},
             {"the same, more behind a stall of 8 ms", stalled.left_out() - alone.left_out()}});
-  return rows.rows();
 }
 
 }  // namespace haptic

@@ -12,6 +12,6 @@ namespace haptic {
 /// lockstep, so that nothing but they is timed; and where all are at rest, without a hand. How many
 /// ticks sim would leave out by its rests, with a processor of its own, and how many more behind a
 /// stall of 8 ms after 1.5 s. Throws ConfigError and MeshError.
-std::vector<Row> scene_step_rows(const std::string& file);
+void add_scene_steps(const std::string& file, const Rows& all);
 
 }  // namespace haptic

@@ -14,6 +14,7 @@
 #include "clients/lab/support/scan.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/grid.h"
+#include "contact/query/point/segment_probe.h"
 #include "contact/shape/mesh/mesh_topology.h"
 #include "proto/config/command_line.h"
 
@@ -45,15 +46,9 @@ struct BenchShape {
 /// Brute force over all triangles in double.
 SegmentHit brute_hit(const TriangleMesh& mesh, const WorkloadSegment& s) {
   SegmentHit best;
-  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto& [a, b, c] = mesh.triangles[i];
-    double t = 0;
-    if (segment_enters_triangle(s.from_O, s.to_O, mesh.vertices[a], mesh.vertices[b],
-                                mesh.vertices[c], t) &&
-        (!best.hit || t < best.t)) {
-      best = {true, t, i};
-    }
-  }
+  SegmentView view;
+  if (!view.look_along(s.from_O, s.to_O - s.from_O)) return best;
+  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) view.test(mesh, i, best);
   return best;
 }
 
@@ -108,18 +103,17 @@ std::vector<double> times_of(const Contestant& c, const Answers& answers, bool h
 }
 
 void add_beside(Rows& rows, const Contestant& c, const Contestant& peer, const Answers& answers) {
-  const auto add = [&](const char* what, const std::vector<double>& own,
-                       const std::vector<double>& other, double q) {
-    if (own.empty()) return;
-    rows.add_beside(c.name + what, percentile(own, q), "s", peer.name, percentile(other, q));
-  };
-  add(" p50", c.times, peer.times, 50);
-  add(" p99", c.times, peer.times, 99);
-  add(" p50 of hits", times_of(c, answers, true), times_of(peer, answers, true), 50);
-  add(" p50 of misses", times_of(c, answers, false), times_of(peer, answers, false), 50);
+  add_beside(rows, c.name, c.times, peer.name, peer.times);
+  for (const bool hit : {true, false}) {
+    const std::vector<double> own = times_of(c, answers, hit), other = times_of(peer, answers, hit);
+    if (own.empty()) continue;
+    rows.add_beside(c.name + (hit ? " p50 of hits" : " p50 of misses"), percentile(own, 50), "s",
+                    peer.name, percentile(other, 50));
+  }
 }
 
-/// With warm start, compared with the other libraries on their own data. Returns the median.
+/// Times our search with warm start beside the other libraries on their own data. Returns our
+/// median.
 double bench_beside_peers(Rows& rows, const MeshShape& shape, const Segments& segments,
                           const Options& options, Answers& answers) {
   SegmentWitness witness;
@@ -128,31 +122,28 @@ double bench_beside_peers(Rows& rows, const MeshShape& shape, const Segments& se
                                          answers[i] = first_hit(shape, segments[i].from_O,
                                                                 segments[i].to_O, witness);
                                        }}};
-  const std::vector<NamedPeer> peers = make_segment_peers(shape.mesh);
+  std::vector<SegmentPeer> peers = make_segment_peers(shape.mesh);
+  std::erase_if(peers, [&](const SegmentPeer& peer) {
+    if (!peer.first_hit) rows.note(peer.name, kLeftOut);
+    return !peer.first_hit;
+  });
   std::vector<std::vector<char>> peer_hits(peers.size(), std::vector<char>(segments.size()));
-  std::vector<size_t> asked;
   for (size_t k = 0; k < peers.size(); ++k) {
-    if (!peers[k].peer) {
-      rows.note(peers[k].name, kLeftOut);
-      continue;
-    }
-    asked.push_back(k);
     contestants.push_back({peers[k].name, [&, k](size_t i) {
-                             peer_hits[k][i] = peers[k].peer->first_hit(segments[i].from_O,
-                                                                        segments[i].to_O) >= 0;
+                             const auto& [from_O, to_O] = segments[i];
+                             peer_hits[k][i] = peers[k].first_hit(from_O, to_O) >= 0;
                            }});
   }
   take_turns(contestants, segments.size(), kChunk, options.rounds);
   const Contestant& own = contestants[0];
   const double p50 = percentile(own.times, 50), p99 = percentile(own.times, 99);
-  if (asked.empty()) rows.add("with witness p50", p50, "s"), rows.add("with witness p99", p99, "s");
-  for (size_t n = 0; n < asked.size(); ++n) {
-    const Contestant& peer = contestants[n + 1];
+  for (size_t k = 0; k < peers.size(); ++k) {
+    const Contestant& peer = contestants[k + 1];
     add_beside(rows, own, peer, answers);
     double flips = 0;
-    for (size_t i = 0; i < segments.size(); ++i) flips += peer_hits[asked[n]][i] != answers[i].hit;
+    for (size_t i = 0; i < segments.size(); ++i) flips += peer_hits[k][i] != answers[i].hit;
     rows.add(peer.name + ", hit or miss answered otherwise", flips);
-    if (asked[n] != 0) continue;
+    if (!peer.name.starts_with("Embree")) continue;
     const double median = p50 / percentile(peer.times, 50), tail = p99 / percentile(peer.times, 99);
     rows.add({{"p50, of Embree's", median, "", at_most(kGoalMedian)},
               {"p99, of Embree's", tail, "", at_most(kGoalP99)}});
@@ -160,22 +151,15 @@ double bench_beside_peers(Rows& rows, const MeshShape& shape, const Segments& se
   return p50;
 }
 
-/// Mean and worst time of the selected queries, taking the fastest round of each.
-struct MeanAndWorst {
-  double mean = 0, worst = 0;
-};
-MeanAndWorst judge(const Contestant& c, const std::function<bool(size_t)>& counts, size_t n) {
-  MeanAndWorst result;
+/// The times of the selected queries, the fastest round of each.
+std::vector<double> fastest_of(const Contestant& c, const std::function<bool(size_t)>& counts,
+                               size_t n) {
   const std::vector<double> best = fastest(c, n);
-  size_t counted = 0;
+  std::vector<double> selected;
   for (size_t i = 0; i < n; ++i) {
-    if (!counts(i)) continue;
-    result.mean += best[i];
-    result.worst = std::max(result.worst, best[i]);
-    ++counted;
+    if (counts(i)) selected.push_back(best[i]);
   }
-  result.mean /= static_cast<double>(std::max<size_t>(1, counted));
-  return result;
+  return selected;
 }
 
 /// Hybrid, grid, tree and naive search, as ratios to the hybrid (Gregory et al. 2000).
@@ -192,12 +176,12 @@ void bench_columns(Rows& rows, const MeshShape& shape, const Segments& segments,
   rows.none("different between the five searches", different);
   for (const Contestant& c : columns) rows.add(c.name + " p50", percentile(c.times, 50), "s");
   const auto compare = [&](const std::string& which, const std::function<bool(size_t)>& counts) {
-    const MeanAndWorst hybrid = judge(columns[0], counts, segments.size());
+    const std::vector<double> hybrid = fastest_of(columns[0], counts, segments.size());
     for (size_t k = 1; k < columns.size(); ++k) {
-      const MeanAndWorst other = judge(columns[k], counts, segments.size());
+      const std::vector<double> other = fastest_of(columns[k], counts, segments.size());
       const std::string ratio = columns[k].name + " : hybrid, " + which;
-      rows.add({{ratio + ", mean", other.mean / hybrid.mean},
-                {ratio + ", worst", other.worst / hybrid.worst}});
+      rows.add({{ratio + ", mean", mean_of(other) / mean_of(hybrid)},
+                {ratio + ", worst", percentile(other, 100) / percentile(hybrid, 100)}});
     }
   };
   compare("hits", [&](size_t i) { return truth[i].hit; });
@@ -224,11 +208,7 @@ void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
   }
   take_turns(contestants, segments.size(), kChunk, options.rounds);
   std::vector<double> means;
-  for (const Contestant& c : contestants) {
-    means.push_back(judge(
-                        c, [](size_t) { return true; }, segments.size())
-                        .mean);
-  }
+  for (const Contestant& c : contestants) means.push_back(mean_of(fastest(c, segments.size())));
   const double least = *std::min_element(means.begin(), means.end());
   for (size_t k = 0; k < means.size(); ++k) {
     const std::string cell = readable(sizes[k].cell, "m");
@@ -243,9 +223,8 @@ void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
 }
 
 /// Rows of one mesh; returns the median with warm start.
-double bench_mesh(Rows& rows, const WorkloadMesh& work, const Options& options) {
-  BenchShape bench;
-  bench.mesh = build_mesh(work.soup.vertices, work.soup.triangles);
+double bench_mesh(Rows rows, const WorkloadMesh& work, const Options& options) {
+  BenchShape bench{build_mesh(work.soup.vertices, work.soup.triangles), {}};
   bench.built = build_search_structures(bench.mesh.view());
   const MeshShape shape = bench.view();
   rows.add({{"triangles", shape.mesh.triangles.size()}, {"cell", shape.grid.cell, "m"}});
@@ -278,15 +257,13 @@ std::string problem_of_name(const std::string& name) {
              : "give bump:F, nano:N, armadillo or bunny";
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("segment");
+void all_rows(const Options& options, const Rows& all) {
+  Rows rows = all.machine("segment");
   std::map<std::string, double> medians;
   for (const std::string& name : options.meshes) {
     try {
       const WorkloadMesh work = make_mesh(name);
-      Rows of_mesh(work.name);
-      medians[name] = bench_mesh(of_mesh, work, options);
-      rows.append(of_mesh.rows());
+      medians[name] = bench_mesh(all.of(work.name), work, options);
     } catch (const MeshError& error) {
       rows.note(name, std::string("LEFT OUT: ") + error.what());
     }
@@ -305,7 +282,6 @@ std::vector<Row> all_rows(const Options& options) {
     rows.at_most("p50, 5 k to 500 k triangles, to either side of the middle",
                  (most - least) / (most + least), "", kGoalSpread);
   }
-  return rows.rows();
 }
 
 }  // namespace
@@ -318,14 +294,11 @@ Measured bench_segment(Command& command) {
       .option("--mesh", options->meshes,
               "bump:F (20 F² triangles), nano:N (2 N²), armadillo, bunny; as often as wanted")
       .check(problem_of_name);
-  command.option("--segments", options->segments, "segments a mesh")
-      .range(100, 10000000)
-      .show_default();
-  command.option("--checked", options->checked, "segments compared with brute force, a mesh")
-      .range(1, 1000000)
-      .show_default();
-  add_rounds(command, options->rounds, "times each segment is asked");
-  return [options] { return all_rows(*options); };
+  add_counts(command, {{"--segments", &options->segments, "segments a mesh", 100, 10000000},
+                       {"--checked", &options->checked,
+                        "segments compared with brute force, a mesh", 1, 1000000},
+                       rounds_of(options->rounds, "times each segment is asked")});
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

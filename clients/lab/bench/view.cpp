@@ -109,16 +109,16 @@ class Watched {
   uint16_t port_ = 0;
 };
 
-std::vector<Row> rows_of(const Case& one, const std::vector<Window>& windows,
-                         const std::vector<Window>& none) {
-  Rows rows(one.name);
+void add_case(const Case& one, const std::vector<Window>& windows, const std::vector<Window>& none,
+              const Rows& all) {
+  Rows rows = all.of(one.name);
   const double busy = median_of(windows, &Window::busy_p99);
   const double core = median_of(windows, &Window::bridge);
   rows.add({{"servo_busy_p99", busy, "s"},
             {"servo_wake_lateness_p99", median_of(windows, &Window::wake_p99), "s"}});
   if (one.viewers == 0) {
     rows.add("bridge_cpu", core, "cores");
-    return rows.rows();
+    return;
   }
   rows.at_most("servo_busy_p99_ratio", busy / median_of(none, &Window::busy_p99), "", kMostBusy);
   if (one.viewers > 1) {
@@ -127,10 +127,9 @@ std::vector<Row> rows_of(const Case& one, const std::vector<Window>& windows,
   } else {
     rows.at_most("bridge_cpu_more", core - median_of(none, &Window::bridge), "cores", kMostForOne);
   }
-  return rows.rows();
 }
 
-std::vector<Row> all_rows(const Options& options) {
+void all_rows(const Options& options, const Rows& all) {
   Watched session(options);
   const std::vector<Case> cases{{"none", 0, ViewerKind::kPrompt, false},
                                 {"viewers", options.viewers, ViewerKind::kPrompt, false},
@@ -142,9 +141,8 @@ std::vector<Row> all_rows(const Options& options) {
     for (const Case& one : cases) windows[one.name].push_back(session.run(one));
     progress.step();
   }
-  Rows rows = machine_rows("machine");
-  for (const Case& one : cases) rows.append(rows_of(one, windows[one.name], windows["none"]));
-  return rows.rows();
+  all.machine("machine");
+  for (const Case& one : cases) add_case(one, windows[one.name], windows["none"], all);
 }
 
 }  // namespace
@@ -155,11 +153,11 @@ std::vector<Row> all_rows(const Options& options) {
 Measured bench_view(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--config FILE", options->config, "session file").show_default();
-  command.option("--viewers", options->viewers, "at 120 Hz").range(2, 90).show_default();
+  add_counts(command, {{"--viewers", &options->viewers, "at 120 Hz", 2, 90}});
   command.quantity("--for", options->seconds, Dimension::kTime, {0.2, 3600}, "of each window", "s")
       .show_default();
-  add_rounds(command, options->rounds, "of all cases in turn; medians are reported");
-  return [options] { return all_rows(*options); };
+  add_counts(command, {rounds_of(options->rounds, "of all cases in turn; medians are reported")});
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

@@ -12,15 +12,17 @@
 
 #include "clients/lab/bench/voxel_ceiling.h"
 #include "clients/lab/bench/voxel_contact.h"
+#include "clients/lab/bench/workloads/lod_pairs.h"
+#include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/eval/scenes/workload.h"
 #include "clients/lab/support/scan.h"
+#include "clients/lab/support/soups.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "clients/report/median.h"
 #include "contact/bake/volume.h"
 #include "contact/query/volume/shell_in_field.h"
 #include "contact/shape/mesh/mesh_topology.h"
 #include "proto/config/command_line.h"
-#include "proto/os/progress.h"
 
 namespace haptic {
 namespace {
@@ -47,8 +49,7 @@ struct Options {
 };
 
 MeshData bumpy_sphere(uint32_t frequency, double scale) {
-  Soup soup = make_bumpy_sphere(frequency);
-  for (Vec3& v : soup.vertices) v = scale * v;
+  Soup soup = scaled(make_bumpy_sphere(frequency), scale);
   return build_mesh(std::move(soup.vertices), std::move(soup.triangles));
 }
 
@@ -117,42 +118,27 @@ PointshellData kept_inside(const Voxmap& map, const PointshellData& shell,
   return kept;
 }
 
-/// One of several ways through all points of a shell, with its rate in each round [1/µs].
-struct Way {
-  std::string name;
-  std::function<size_t(const ShellInVoxels&)> pass;
-  std::vector<double> rates = {};
-};
-
-/// Runs the ways in turn, in an order that rotates each round. Returns the sum of the hits.
-size_t take_turns(std::vector<Way>& ways, size_t n_points, std::span<const ShellInVoxels> poses,
-                  int rounds) {
-  const size_t passes = std::max(poses.size(), kPointsATurn / n_points);
-  size_t found = 0;
-  Progress progress("measuring", rounds);
-  for (size_t round = 0; round < static_cast<size_t>(rounds); ++round) {
-    progress.at(static_cast<double>(round));
-    for (size_t turn = 0; turn < ways.size(); ++turn) {
-      Way& way = ways[(round + turn) % ways.size()];
-      const int64_t ns = cpu_ns_of([&] {
-        for (size_t i = 0; i < passes; ++i) found += way.pass(poses[i % poses.size()]);
-      });
-      way.rates.push_back(1e3 * static_cast<double>(passes * n_points) /
-                          static_cast<double>(std::max<int64_t>(ns, 1)));
-    }
-  }
-  return found;
-}
-
-double median_ratio(const Way& a, const Way& b) {
-  std::vector<double> ratios(a.rates.size());
-  for (size_t i = 0; i < ratios.size(); ++i) ratios[i] = a.rates[i] / b.rates[i];
-  return median(ratios);
-}
-
 /// Prevents the compiler from removing an unused result.
 void keep(size_t value) {
   asm volatile("" : : "r"(value));
+}
+
+/// Passes of a turn through `n` points.
+size_t passes_of(size_t n) {
+  return std::max(kPoses, kPointsATurn / n);
+}
+
+/// Points of a shell of `n` that a way passes in a microsecond of CPU time, by the median round.
+double rate_of(const Contestant& way, size_t n) {
+  return 1e-6 * static_cast<double>(passes_of(n) * n) / median(way.chunks);
+}
+
+/// Lets the ways through all `n` points of a shell take turns by their CPU time, and adds the
+/// points a microsecond of each; a query is a pass at one of the poses.
+void add_rates(Rows& rows, const std::string& prefix, std::vector<Contestant>& ways, size_t n,
+               int rounds) {
+  take_turns(ways, passes_of(n), passes_of(n), rounds, CLOCK_THREAD_CPUTIME_ID);
+  for (const Contestant& way : ways) rows.add(prefix + way.name, rate_of(way, n), "1/µs");
 }
 
 /// One shell in one map.
@@ -163,57 +149,47 @@ struct Trial {
   bool is_judged_rate;
 };
 
-std::vector<Row> run_trial(const Trial& trial, int rounds) {
+void run_trial(const Trial& trial, int rounds, const Rows& all) {
   const Voxmap map = trial.map.view();
   const Pointshell shell = trial.shell.view();
   const auto n = static_cast<uint32_t>(shell.x.size());
   std::vector<VoxelHit> hits(n + 64);
   const std::vector<ShellInVoxels> poses = poses_in(map);
-  const auto scan = [&](ScanPath path) {
-    return [&, path](const ShellInVoxels& at) {
-      return scan_voxels(map, shell, at, 0, n, path, hits, 0);
-    };
+  const auto pass = [&](ScanPath path, size_t i) {
+    return scan_voxels(map, shell, poses[i % kPoses], 0, n, path, hits, 0);
   };
+  const auto scan = [&](ScanPath path) { return [&, path](size_t i) { keep(pass(path, i)); }; };
   const auto bare = [&](ScanPath path) {
-    return
-        [&, path](const ShellInVoxels& at) -> size_t { return gather_bare(map, shell, at, path); };
+    return [&, path](size_t i) { keep(gather_bare(map, shell, poses[i % kPoses], path)); };
   };
   const bool has_lanes = fastest_scan() == ScanPath::kLanes;
-  std::vector<Way> ways{{"scalar", scan(ScanPath::kScalar)},
-                        {"scalar ceiling", bare(ScanPath::kScalar)}};
+  std::vector<Contestant> ways{{"scalar", scan(ScanPath::kScalar)},
+                               {"scalar ceiling", bare(ScanPath::kScalar)}};
   if (has_lanes) {
     ways.push_back({"lanes", scan(ScanPath::kLanes)});
     ways.push_back({"ceiling", bare(ScanPath::kLanes)});
   }
-  keep(take_turns(ways, n, poses, rounds));
-
-  Rows rows(trial.name);
+  Rows rows = all.of(trial.name);
   const std::string prefix = trial.name + ", ";
   size_t touching = 0;
-  for (const ShellInVoxels& at : poses) touching += scan(fastest_scan())(at);
+  for (size_t i = 0; i < kPoses; ++i) touching += pass(fastest_scan(), i);
   rows.add({{prefix + "points", n},
             {prefix + "points not free",
-             static_cast<double>(touching) / static_cast<double>(poses.size() * n)}});
-  for (const Way& way : ways) rows.add(prefix + way.name, median(way.rates), "1/µs");
-  rows.add(prefix + "scalar over its ceiling", median_ratio(ways[0], ways[1]));
-  if (!has_lanes) {
-    rows.note(prefix + "lanes", "LEFT OUT: this processor has no AVX2");
-    return rows.rows();
-  }
-  const double ratio = median_ratio(ways[2], ways[3]), rate = median(ways[2].rates);
-  rows.at_least(prefix + "lanes over ceiling", ratio, "", kGoalOfCeiling);
-  if (trial.is_judged_rate) {
-    rows.at_least(prefix + "points tested", rate, "1/µs", kGoalRate);
-  }
-  return rows.rows();
+             static_cast<double>(touching) / static_cast<double>(kPoses * n)}});
+  add_rates(rows, prefix, ways, n, rounds);
+  rows.add(prefix + "scalar over its ceiling", median_ratio(ways[1], ways[0]));
+  if (!has_lanes) return rows.note(prefix + "lanes", "LEFT OUT: this processor has no AVX2");
+  rows.at_least(prefix + "lanes over ceiling", median_ratio(ways[3], ways[2]), "", kGoalOfCeiling);
+  if (!trial.is_judged_rate) return;
+  rows.at_least(prefix + "points tested", rate_of(ways[2], n), "1/µs", kGoalRate);
 }
 
-std::vector<Row> run_map(const Options& options, uint32_t side,
-                         std::span<const PointshellData> shells) {
+void run_map(const Options& options, uint32_t side, std::span<const PointshellData> shells,
+             const Rows& all) {
   const MeshData mesh = bumpy_sphere(kToolFrequency, 1);
   const VoxmapData map = map_of(mesh, side);
   const std::string name = std::to_string(side) + "³";
-  Rows rows(name);
+  Rows rows = all.of(name);
   const auto voxels = static_cast<double>(map.index.size() * kBrickSide * kBrickSide * kBrickSide);
   rows.add({{name + ", map", map.bytes(), "B"}, {name + ", dense", voxels / 4, "B"}});
   for (size_t i = 0; i < shells.size(); ++i) {
@@ -221,38 +197,36 @@ std::vector<Row> run_map(const Options& options, uint32_t side,
     const std::string points = name + ", " + std::to_string(n) + " points, ";
     const bool is_judged = side == kJudgedSide && n == kJudgedPoints;
     const PointshellData ordered = kept_inside(map.view(), shells[i], poses_in(map.view()));
-    rows.append(run_trial({points + "ordered", map, ordered, is_judged}, options.rounds));
+    run_trial({points + "ordered", map, ordered, is_judged}, options.rounds, all);
     const PointshellData mixed = shuffled(ordered);
-    rows.append(run_trial({points + "shuffled", map, mixed, false}, options.rounds));
+    run_trial({points + "shuffled", map, mixed, false}, options.rounds, all);
   }
-  return rows.rows();
 }
 
 /// Compares contact steps on one object meshed coarsely and finely.
-std::vector<Row> run_triangles(const Options& options) {
-  Rows rows("triangles of the object");
+void run_triangles(const Options& options, const Rows& all) {
+  Rows rows = all.of("triangles of the object");
   const PointshellData data = shell_of(middle(options.points), 1);
   const Pointshell shell = data.view();
   const auto n = static_cast<uint32_t>(shell.x.size());
   const uint32_t side = options.sides.front();
   std::vector<VoxelHit> hits(n + 64);
-  std::vector<Way> ways;
+  std::vector<Contestant> ways;
   std::vector<VoxmapData> maps;
   for (const uint32_t frequency : {options.coarse, options.fine}) {
     const MeshData mesh = bumpy_sphere(frequency, 1);
     maps.push_back(map_of(mesh, side));
     const Voxmap map = maps.back().view();
     ways.push_back({std::to_string(mesh.triangles.size()) + " triangles",
-                    [&hits, map, shell, n](const ShellInVoxels& at) {
-                      return scan_voxels(map, shell, at, 0, n, fastest_scan(), hits, 0);
+                    [&hits, map, shell, n, poses = poses_in(maps[0].view())](size_t i) {
+                      const ShellInVoxels& at = poses[i % kPoses];
+                      keep(scan_voxels(map, shell, at, 0, n, fastest_scan(), hits, 0));
                     }});
   }
-  keep(take_turns(ways, n, poses_in(maps.front().view()), options.rounds));
-  for (const Way& way : ways) rows.add(way.name, median(way.rates), "1/µs");
-  const double ratio = median_ratio(ways[1], ways[0]);
+  add_rates(rows, "", ways, n, options.rounds);
+  const double ratio = median_ratio(ways[0], ways[1]);
   rows.add("many over few triangles", ratio, "", 1 - kGoalTriangles,
            std::fabs(ratio - 1) <= kGoalTriangles);
-  return rows.rows();
 }
 
 constexpr double kBall = 0.05;                  // radius of the object [m]
@@ -282,10 +256,11 @@ Passage pass_by(const DistanceField& field, const Pointshell& shell, double gap)
   for (int tick = 0; tick < kTicks; ++tick) {
     const Pose X_OT = passing(1e-3 * tick, shell.radius, gap);
     for (const size_t with : {0, 1}) {
-      const int64_t begin = thread_cpu_ns();
-      const ShellAnswer answer =
-          find_touches(field, shell, X_OT, {}, with == 1 ? &coherence : nullptr, visited, touches);
-      passage.cpu_ns[with] += static_cast<double>(thread_cpu_ns() - begin) / kTicks;
+      ShellCoherence* const known = with == 1 ? &coherence : nullptr;
+      ShellAnswer answer;
+      const int64_t ns = cpu_ns_of(
+          [&] { answer = find_touches(field, shell, X_OT, {}, known, visited, touches); });
+      passage.cpu_ns[with] += static_cast<double>(ns) / kTicks;
       passage.tested[with] += static_cast<double>(answer.tested) / kTicks;
       if (answer.n > 0) throw std::logic_error("the tool of a near miss touches");
     }
@@ -293,8 +268,8 @@ Passage pass_by(const DistanceField& field, const Pointshell& shell, double gap)
   return passage;
 }
 
-std::vector<Row> run_coherence(const Options& options) {
-  Rows rows("temporal coherence");
+void run_coherence(const Options& options, const Rows& all) {
+  Rows rows = all.of("temporal coherence");
   const DistanceFieldData field =
       build_distance_field(-kBall * Vec3{1, 1, 1}, kBall * Vec3{1, 1, 1},
                            [](const Vec3& p) { return norm(p) - kBall; }, {kCell, kBand, kBand});
@@ -310,20 +285,17 @@ std::vector<Row> run_coherence(const Options& options) {
               {name + "fewer points by coherence", tested[0] / tested[1], "",
                at_least(kGoalCoherence)}});
   }
-  return rows.rows();
 }
 
 /// Memory of the maps of a scan with the default band.
-std::vector<Row> run_memory(const Options& options) {
+void run_memory(const Options& options, const Rows& all) {
   const std::string name = "bunny, " + std::to_string(options.memory_side) + "³";
-  Rows rows(name);
+  Rows rows = all.of(name);
   constexpr double kSize = 0.1;  // [m]
   try {
     const BakedShape bunny = bake_scan(meshes_folder() + "/bunny00.off", kSize);
-    VoxelConfig voxel;
-    voxel.size = kSize / options.memory_side;
-    voxel.offset_layers = 0;
-    voxel.band = default_band(voxel);
+    const VoxelConfig voxel =
+        tight_voxels(kSize / options.memory_side, VoxelConfig{}.point_spacing);
     const BakedVolume volume = bake_obstacle(bunny, voxel);
     const Voxmap& map = volume.content.map;
     const DistanceField& field = volume.content.field;
@@ -336,19 +308,17 @@ std::vector<Row> run_memory(const Options& options) {
   } catch (const MeshError& error) {
     rows.note(name, std::string("LEFT OUT: ") + error.what());
   }
-  return rows.rows();
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("voxel");
+void all_rows(const Options& options, const Rows& all) {
+  all.machine("voxel");
   std::vector<PointshellData> shells;
   for (const uint32_t n : options.points) shells.push_back(shell_of(n, 1));
-  for (const uint32_t side : options.sides) rows.append(run_map(options, side, shells));
-  if (options.memory_side > 0) rows.append(run_memory(options));
-  rows.append(run_triangles(options));
-  rows.append(run_coherence(options));
-  rows.append(bench_voxel_contact(options.contact));
-  return rows.rows();
+  for (const uint32_t side : options.sides) run_map(options, side, shells, all);
+  if (options.memory_side > 0) run_memory(options, all);
+  run_triangles(options, all);
+  run_coherence(options, all);
+  bench_voxel_contact(options.contact, all);
 }
 
 }  // namespace
@@ -363,13 +333,10 @@ Measured bench_voxel(Command& command) {
       .range(8, 4096);
   command.option("--points", options->points, "of the shell; several may be given")
       .range(100, 4'000'000);
-  command.option("--coarse", options->coarse, "object of 20 f² triangles")
-      .range(1, 1500)
-      .show_default();
-  command.option("--fine", options->fine, "the same, finer").range(1, 1500).show_default();
-  command.option("--memory-side", options->memory_side, "voxels along the bunny, 0: none")
-      .range(0, 4096)
-      .show_default();
+  add_counts(command, {{"--coarse", &options->coarse, "object of 20 f² triangles", 1, 1500},
+                       {"--fine", &options->fine, "the same, finer", 1, 1500},
+                       {"--memory-side", &options->memory_side, "voxels along the bunny, 0: none",
+                        0, 4096}});
   BenchVoxelContactOptions& contact = options->contact;
   command
       .option("--pair PAIR", contact.pairs,
@@ -377,11 +344,9 @@ Measured bench_voxel(Command& command) {
       .one_of({"bolt", "free-bolt", "peg", "jaws"});
   command.number("--coarser", contact.coarser, {1, 100}, "times that their voxels and points are")
       .show_default();
-  command.option("--ticks", contact.ticks, "contact steps of a pair")
-      .range(100, 1'000'000)
-      .show_default();
-  add_rounds(command, options->rounds, "alternations; medians are reported");
-  return [options] { return all_rows(*options); };
+  add_counts(command, {{"--ticks", &contact.ticks, "contact steps of a pair", 100, 1'000'000},
+                       rounds_of(options->rounds, "alternations; medians are reported")});
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

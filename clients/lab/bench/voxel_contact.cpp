@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "clients/lab/bench/peers/pair.h"
+#include "clients/lab/bench/workloads/lod_pairs.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/bench/workloads/workload.h"
 #include "clients/lab/support/scan.h"
@@ -43,12 +44,7 @@ BakedShape baked(const Soup& soup) {
 }
 
 VoxelConfig voxels_of(double size, double spacing) {
-  VoxelConfig voxel;
-  voxel.size = size;
-  // the gaps are narrower than a layer
-  voxel.offset_layers = 0;
-  voxel.band = default_band(voxel);
-  voxel.point_spacing = spacing;
+  VoxelConfig voxel = tight_voxels(size, spacing);
   voxel.budget = 0;  // no limit
   return voxel;
 }
@@ -191,13 +187,9 @@ Course follow(Contest& contest, const std::function<Pose(double)>& path, int tic
 }
 
 void add_course(Rows& rows, const std::string& prefix, const Course& course) {
-  const std::vector<double>& times = course.times;
-  add_times(rows, prefix + "CPU", times, kGoalStep);
-  rows.add(prefix + "CPU p99.9", percentile(times, 99.9), "s");
-  double sum = 0;
-  for (const double time : times) sum += time;
-  const double rate = static_cast<double>(times.size()) / sum;
-  rows.add({{prefix + "contact rate", rate, "Hz", at_least(1 / kGoalStep)},
+  add_times(rows, prefix + "CPU", course.times, kGoalStep);
+  rows.add({{prefix + "CPU p99.9", percentile(course.times, 99.9), "s"},
+            {prefix + "contact rate", 1 / mean_of(course.times), "Hz", at_least(1 / kGoalStep)},
             {prefix + "points tested p50", percentile(course.tested, 50)},
             {prefix + "points tested max", percentile(course.tested, 100)},
             {prefix + "points touching p50", percentile(course.touching, 50)},
@@ -208,12 +200,9 @@ void add_course(Rows& rows, const std::string& prefix, const Course& course) {
 void add_peer(Rows& rows, const std::string& prefix, const Course& course) {
   const auto asked = static_cast<double>(course.collides.size());
   rows.add(prefix + "FCL says that they meet, of the poses", course.meeting / asked);
-  const double p50 = percentile(course.times, 50), p99 = percentile(course.times, 99);
-  for (const auto& [what, times] : {std::pair{"FCL, whether they meet", &course.collides},
-                                    std::pair{"FCL, how far they are apart", &course.distances}}) {
-    rows.add_beside(prefix + "CPU p50, beside", p50, "s", what, percentile(*times, 50));
-    rows.add_beside(prefix + "CPU p99, beside", p99, "s", what, percentile(*times, 99));
-  }
+  const std::string name = prefix + "CPU", beside = ", beside";
+  add_beside(rows, name, course.times, "FCL, whether they meet", course.collides, beside);
+  add_beside(rows, name, course.times, "FCL, how far they are apart", course.distances, beside);
 }
 
 /// Pressed in deep: without a budget, then with the one that meets the deadline.
@@ -245,8 +234,8 @@ void add_deadline(Rows& rows, const std::string& prefix, Contest& contest, const
   rows.at_most(prefix + "deep, points over the budget", over, "", 0);
 }
 
-std::vector<Row> run_pair(const Pair& pair, const BenchVoxelContactOptions& options) {
-  Rows rows(pair.name);
+void run_pair(const Pair& pair, const BenchVoxelContactOptions& options, const Rows& all) {
+  Rows rows = all.of(pair.name);
   const std::string prefix = pair.name + ", ";
   Contest contest(pair);
   const MeshShape &tool = pair.tool.shape, &object = pair.object.shape;
@@ -264,7 +253,6 @@ std::vector<Row> run_pair(const Pair& pair, const BenchVoxelContactOptions& opti
     rows.note(prefix + "FCL", kLeftOut);
   }
   if (pair.deep) add_deadline(rows, prefix, contest, pair, options.ticks);
-  return rows.rows();
 }
 
 /// A pair by its name on the command line. Throws MeshError.
@@ -276,20 +264,19 @@ Pair make_pair(const std::string& name) {
 
 }  // namespace
 
-std::vector<Row> bench_voxel_contact(const BenchVoxelContactOptions& options) {
-  Rows rows("contact step");
+void bench_voxel_contact(const BenchVoxelContactOptions& options, const Rows& all) {
+  Rows rows = all.of("contact step");
   for (const std::string& name : options.pairs) {
     try {
       Pair pair = make_pair(name);
       for (double* length : {&pair.voxel.size, &pair.voxel.band, &pair.voxel.point_spacing}) {
         *length *= options.coarser;
       }
-      rows.append(run_pair(pair, options));
+      run_pair(pair, options, all);
     } catch (const MeshError& error) {
       rows.note(name, std::string("LEFT OUT: ") + error.what());
     }
   }
-  return rows.rows();
 }
 
 }  // namespace haptic

@@ -20,6 +20,6 @@ struct BenchVoxelContactOptions {
 /// a hand's motion at 1 kHz: a bolt screwed and pressed in its nut, one that wobbles in its gap
 /// without contact, a peg in its hole, two jaws. FCL on the same poses in between. Then pressed in
 /// deep, without a budget and with one for 0.8 ms.
-std::vector<Row> bench_voxel_contact(const BenchVoxelContactOptions& options);
+void bench_voxel_contact(const BenchVoxelContactOptions& options, const Rows& all);
 
 }  // namespace haptic

@@ -57,7 +57,7 @@ std::vector<PeerBox> brick_wall() {
   return boxes;
 }
 
-/// Its shapes and our sim, pushed by the counters of a hand.
+/// The shapes of a wall and our sim of it, pushed by the counters of a hand.
 struct PushedWall {
   SessionConfig config;
   std::deque<MeshShapeData> owned;
@@ -101,7 +101,7 @@ Vec3 push_at(int tick) {
   return {0, kForce * kTick * std::sin(2 * M_PI * kFrequency * kTick * tick), 0};
 }
 
-std::vector<Row> step_rows(const Options& options) {
+void add_steps(const Options& options, const Rows& all) {
   const std::vector<PeerBox> boxes = brick_wall();
   const size_t pushed = boxes.size() - 2;
   PushedWall ours(boxes);
@@ -127,17 +127,12 @@ std::vector<Row> step_rows(const Options& options) {
       }
     }
   }
-  Rows rows("a wall of 15 bricks on the ground, one of them pushed");
+  Rows rows = all.of("a wall of 15 bricks on the ground, one of them pushed");
   rows.at_least("contacts, median", percentile(contacts, 50), "", kGoalContacts);
   add_times(rows, "sim step CPU", times, kGoalStep);
   for (size_t i = 0; i < peers.size() && peers[i]; ++i) {
-    const std::string& name = kinds[i].first;
-    rows.add_beside("sim step CPU p50", percentile(times, 50), "s", name,
-                    percentile(peer_times[i], 50));
-    rows.add_beside("sim step CPU p99", percentile(times, 99), "s", name,
-                    percentile(peer_times[i], 99));
+    add_beside(rows, "sim step CPU", times, kinds[i].first, peer_times[i]);
   }
-  return rows.rows();
 }
 
 /// A copy of the session file without the tables that give its objects mass, among links to the
@@ -161,7 +156,7 @@ std::string without_masses(const std::string& path, const std::string& folder) {
   return fixed / source.filename();
 }
 
-std::vector<Row> session_rows(const Options& options) {
+void add_sessions(const Options& options, const Rows& all) {
   const RuntimeFolder folder;
   const std::string with = find_session_file(options.config);
   const std::array<std::string, 2> configs{without_masses(with, folder.path()), with};
@@ -181,7 +176,7 @@ std::vector<Row> session_rows(const Options& options) {
   const auto of = [&](size_t i, double SessionWindow::*quantity) {
     return median_of(windows[i], quantity);
   };
-  Rows rows(options.config + ", live, with masses and without");
+  Rows rows = all.of(options.config + ", live, with masses and without");
   rows.add({{"servo busy p50, without", of(0, &SessionWindow::busy_p50), "s"},
             {"servo busy p50, with", of(1, &SessionWindow::busy_p50), "s"},
             {"servo busy p99, without", of(0, &SessionWindow::busy_p99), "s"},
@@ -192,15 +187,13 @@ std::vector<Row> session_rows(const Options& options) {
             {"contact rate, with over without", median(rate_ratio), "", at_least(kGoalRate)},
             {"planes that push, mean, without", of(0, &SessionWindow::contacts)},
             {"planes that push, mean, with", of(1, &SessionWindow::contacts)}});
-  return rows.rows();
 }
 
-std::vector<Row> all_rows(const Options& options) {
-  Rows rows = machine_rows("world");
-  rows.append(step_rows(options));
-  rows.append(scene_step_rows(options.config));
-  rows.append(session_rows(options));
-  return rows.rows();
+void all_rows(const Options& options, const Rows& all) {
+  all.machine("world");
+  add_steps(options, all);
+  add_scene_steps(options.config, all);
+  add_sessions(options, all);
 }
 
 }  // namespace
@@ -210,15 +203,13 @@ std::vector<Row> all_rows(const Options& options) {
 /// without, in turns: the servo's work and the rate of contact.
 Measured bench_world(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--ticks", options->ticks, "of 1 ms, of the wall")
-      .range(100, 10'000'000)
-      .show_default();
+  add_counts(command, {{"--ticks", &options->ticks, "of 1 ms, of the wall", 100, 10'000'000}});
   command.option("--config FILE", options->config, "session file whose objects have mass")
       .show_default();
   command.quantity("--for", options->seconds, Dimension::kTime, {0.2, 3600}, "of each session", "s")
       .show_default();
-  add_rounds(command, options->rounds, "of sessions in turn; medians are reported");
-  return [options] { return all_rows(*options); };
+  add_counts(command, {rounds_of(options->rounds, "of sessions in turn; medians are reported")});
+  return measured(all_rows, options);
 }
 
 }  // namespace haptic

@@ -53,7 +53,7 @@ void judge_edge(const ArtefactRun& run, bool is_penalty, Rows& rows) {
     rows.add("edge of a block: largest step of the force in a tick", run.largest_step(), "N", turn,
              share_off(run.largest_step(), turn) <= kAgrees);
   } else {
-    const double beyond = run.largest_step_beyond(kEdgeStiffness);
+    const double beyond = run.largest_step(kEdgeStiffness);
     rows.add({{"edge of a block: largest step of the force in a tick", run.largest_step(), "N"},
               {"edge of a block: step beyond stiffness times motion", beyond, "N", at_most(1e-9)}});
   }
@@ -61,7 +61,7 @@ void judge_edge(const ArtefactRun& run, bool is_penalty, Rows& rows) {
 
 void judge_plate(const ArtefactRun& run, bool is_penalty, Rows& rows) {
   const double half = 0.5 * kPlateStiffness * kPlateWidth, whole = kPlateStiffness * kPlateEnd;
-  const double resists = run.most_resisting(), helps = run.most_helping();
+  const double resists = run.most_along({0, 0, 1}), helps = run.most_along({0, 0, -1});
   const double at_end = run.force_W.back().z;
   const double wanted = is_penalty ? half : whole;
   rows.add(
@@ -82,11 +82,7 @@ Series force_along(const std::string& name, const ArtefactRun& run) {
 
 }  // namespace
 
-double ArtefactRun::largest_step() const {
-  return largest_step_beyond(0);
-}
-
-double ArtefactRun::largest_step_beyond(double stiffness) const {
+double ArtefactRun::largest_step(double stiffness) const {
   double largest = 0;
   for (size_t i = 1; i < force_W.size(); ++i) {
     const double allowed = stiffness * norm(tool_W[i] - tool_W[i - 1]);
@@ -95,15 +91,9 @@ double ArtefactRun::largest_step_beyond(double stiffness) const {
   return largest;
 }
 
-double ArtefactRun::most_resisting() const {
+double ArtefactRun::most_along(const Vec3& direction) const {
   double most = 0;
-  for (const Vec3& f : force_W) most = std::max(most, f.z);
-  return most;
-}
-
-double ArtefactRun::most_helping() const {
-  double most = 0;
-  for (const Vec3& f : force_W) most = std::max(most, -f.z);
+  for (const Vec3& f : force_W) most = std::max(most, dot(f, direction));
   return most;
 }
 
@@ -128,25 +118,24 @@ ArtefactRun run_artefact(ArtefactScene scene, Renderer renderer) {
   return run;
 }
 
-std::vector<Row> eval_artefacts(const std::string& plot) {
-  Rows rows = machine_rows("artefacts of penalty3");
+void eval_artefacts(const std::string& plot, const Rows& all) {
+  all.machine("artefacts of penalty3");
   Panel edge{"edge of a block: force upwards", "N", {}},
       plate{"thin plate: force upwards", "N", {}};
   for (const RendererRow& row : kRenderers) {
     if (is_of_body(row.id)) continue;  // the scenes are for a point
-    Rows own{std::string(row.name)};
+    const std::string name(row.name);
+    Rows rows = all.of(name);
     const bool is_penalty = row.id == Renderer::kPenalty3;
     const ArtefactRun on_edge = run_artefact(ArtefactScene::kEdge, row.id);
     const ArtefactRun on_plate = run_artefact(ArtefactScene::kPlate, row.id);
-    own.note("renderer", std::string(row.name));
-    judge_edge(on_edge, is_penalty, own);
-    judge_plate(on_plate, is_penalty, own);
-    edge.series.push_back(force_along(std::string(row.name), on_edge));
-    plate.series.push_back(force_along(std::string(row.name), on_plate));
-    rows.append(own.rows());
+    rows.note("renderer", name);
+    judge_edge(on_edge, is_penalty, rows);
+    judge_plate(on_plate, is_penalty, rows);
+    edge.series.push_back(force_along(name, on_edge));
+    plate.series.push_back(force_along(name, on_plate));
   }
   if (!plot.empty()) write_svg(plot, "the artefacts of the penalty method", {edge, plate});
-  return rows.rows();
 }
 
 Measured suite_artefacts(Command& command) {
@@ -157,9 +146,9 @@ Measured suite_artefacts(Command& command) {
   const auto options = std::make_shared<Options>();
   add_plot(command, options->plot, "draw the forces into this file");
   add_overwrite(command, options->overwrite);
-  return [options] {
+  return [options](Report& report) {
     check_outputs({options->plot}, {}, options->overwrite);
-    return eval_artefacts(options->plot);
+    eval_artefacts(options->plot, report.rows);
   };
 }
 

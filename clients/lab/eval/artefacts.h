@@ -27,10 +27,10 @@ struct ArtefactRun {
   std::vector<double> t;  // [s]
   std::vector<Vec3> tool_W, force_W;
 
-  double largest_step() const;                         // largest change of force in one tick [N]
-  double largest_step_beyond(double stiffness) const;  // beyond stiffness times tool motion [N]
-  double most_resisting() const;                       // largest force against the motion, +z [N]
-  double most_helping() const;  // largest force along the motion, −z, as a positive number [N]
+  /// Largest change of force in one tick beyond stiffness times tool motion [N].
+  double largest_step(double stiffness = 0) const;
+  /// Largest force along this direction [N].
+  double most_along(const Vec3& direction) const;
 };
 ArtefactRun run_artefact(ArtefactScene scene, Renderer renderer);
 
@@ -38,6 +38,6 @@ ArtefactRun run_artefact(ArtefactScene scene, Renderer renderer);
 /// theory. Goals: penalty3 changes its force by √2·k·d at once where the nearest face changes; it
 /// resists a plate of width w by at most k·w/2 and then pushes the tool through by as much. The
 /// proxies do neither. `plot`: an .svg, or empty.
-std::vector<Row> eval_artefacts(const std::string& plot);
+void eval_artefacts(const std::string& plot, const Rows& all);
 
 }  // namespace haptic

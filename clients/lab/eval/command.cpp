@@ -79,7 +79,7 @@ BakedSession bake_told(const SessionConfig& config, const std::string& file) {
   return bake_session(config, told);
 }
 
-Report eval_session(const EvalOptions& options) {
+void eval_session(const EvalOptions& options, const Rows& all) {
   const OfflineSession& session = options.session;
   const SessionConfig config = session.load();
   check_outputs({options.plot}, {session.trace, session.file()}, options.overwrite);
@@ -95,7 +95,7 @@ Report eval_session(const EvalOptions& options) {
     second = run_lockstep(config, shapes, session, progress);
   }
   const std::string name(view(config.name));
-  Rows rows = machine_rows(name);
+  Rows rows = all.machine(name);
   rows.note("lockstep", "virtual time; " + pace_of(session.lockstep));
   std::vector<Row> judged =
       summarize(name, first.data, config, measure_penetration(first.data, config, baked));
@@ -109,7 +109,6 @@ Report eval_session(const EvalOptions& options) {
   rows.add("repeats that differ, of 1", same ? 0 : 1, "", 0, same);
   rows.note("hash of all frames", in_hex(first.hash));
   if (!options.plot.empty()) plot_session(options.plot, name + ", lockstep", first.data);
-  return rows.rows();
 }
 
 /// `hapt eval` without a suite.
@@ -118,7 +117,7 @@ Measured prepare_session(Command& command) {
   add_offline_session(command, options->session);
   add_plot(command, options->plot);
   add_overwrite(command, options->overwrite);
-  return [options] { return eval_session(*options); };
+  return measured(eval_session, options);
 }
 
 }  // namespace
@@ -126,9 +125,8 @@ Measured prepare_session(Command& command) {
 void add_eval_command(Command& app) {
   Command command = add_elsewhere(app, "eval");
   command.footer("Without a suite it plays a session; a suite has options of its own.");
-  command.example("hapt eval --trace hand.csv --plot hand.svg");
   add_measurements(command, "hapt eval", kSuites);
-  measure_by(command, prepare_session);
+  measure_by(command, prepare_session, "hapt eval --trace hand.csv --plot hand.svg");
   command.exclude_subcommands();
 }
 

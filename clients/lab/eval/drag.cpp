@@ -42,8 +42,8 @@ double drag_in_closed_form(const BodyTick& tick, const FreeMotion& motion) {
   return m * omega * motion.speed * std::abs(coupling) / std::abs(coupling - m * omega * omega);
 }
 
-std::vector<Row> eval_drag() {
-  Rows rows("free space at 2 m/s");
+void eval_drag(const Rows& all) {
+  Rows rows = all.of("free space at 2 m/s");
   SoftProxyModel model;
   BodyTick tick;
   tick.coupling = {1000, 9, 2, 3e-3, 0, 0};
@@ -61,7 +61,6 @@ std::vector<Row> eval_drag() {
     rows.add({{name + ", drag", free_space_drag(model, tick, straight), "N"},
               {name + ", drag in closed form", drag_in_closed_form(tick, straight), "N"}});
   }
-  return rows.rows();
 }
 
 }  // namespace haptic

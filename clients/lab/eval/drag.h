@@ -28,6 +28,6 @@ double drag_in_closed_form(const BodyTick& tick, const FreeMotion& motion);
 /// Measures the drag in free space of proxies of 20 and 100 g on a coupling of 1000 N/m, for a hand
 /// that oscillates at 1 Hz with up to 2 m/s. Goal: proxies without mass have exactly zero drag,
 /// also while turning at 10 rad/s.
-std::vector<Row> eval_drag();
+void eval_drag(const Rows& all);
 
 }  // namespace haptic

@@ -62,8 +62,8 @@ std::optional<double> compare(const std::string& path, const std::vector<Wrench>
   return std::nullopt;
 }
 
-std::vector<Row> eval_fingerprint(const FingerprintEval& eval) {
-  Rows rows("fingerprint");
+void eval_fingerprint(const FingerprintEval& eval, const Rows& all) {
+  Rows rows = all.of("fingerprint");
   Progress progress("eval fingerprint",
                     static_cast<double>(eval.configs.size() * kRenderers.size()));
   for (const std::string& file : eval.configs) {
@@ -85,7 +85,6 @@ std::vector<Row> eval_fingerprint(const FingerprintEval& eval) {
       }
     }
   }
-  return rows.rows();
 }
 
 }  // namespace
@@ -103,14 +102,14 @@ Measured suite_fingerprint(Command& command) {
   command.option(
       "--forces FOLDER", eval->forces,
       "keeps the forces of one build here and prints the largest difference of the next");
-  return [eval] {
+  return [eval](Report& report) {
     // all session files beside the default one
     const std::filesystem::path usual = find_session_file(OfflineSession{}.config);
     for (const auto& entry : std::filesystem::directory_iterator(usual.parent_path())) {
       if (entry.path().extension() == ".toml") eval->configs.push_back(entry.path());
     }
     std::sort(eval->configs.begin(), eval->configs.end());
-    return eval_fingerprint(*eval);
+    eval_fingerprint(*eval, report.rows);
   };
 }
 

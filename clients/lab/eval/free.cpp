@@ -71,8 +71,8 @@ void judge_scene(const FreeScene& scene, bool as_point, const FreeEval& eval,
   }
 }
 
-std::vector<Row> free_rows(const std::string& name, const FreeFound& found) {
-  Rows rows(name);
+void add_free(const std::string& name, const FreeFound& found, const Rows& all) {
+  Rows rows = all.of(name);
   rows.add({{"ticks", found.ticks},
             {"ticks that may touch, and do", found.touched},
             {"free ticks", found.free},
@@ -80,7 +80,6 @@ std::vector<Row> free_rows(const std::string& name, const FreeFound& found) {
              given(0, found.felt == 0 && found.free > 0)},
             {"force or torque in them, max", found.largest, "N", kMustBeZero}});
   if (found.felt > 0) rows.note("the most was felt", found.where);
-  return rows.rows();
 }
 
 }  // namespace
@@ -175,7 +174,7 @@ FreeFound judge_free(const JudgedRenderer& renderer, FreeWay& way, uint32_t age,
   return found;
 }
 
-std::vector<Row> eval_free(const FreeEval& eval) {
+void eval_free(const FreeEval& eval, const Rows& all) {
   const std::vector<JudgedRenderer>& renderers = free_renderers();
   std::vector<FreeFound> found(renderers.size());
   const auto scenes = free_scenes_of(eval);
@@ -186,15 +185,14 @@ std::vector<Row> eval_free(const FreeEval& eval) {
       progress.step();
     }
   }
-  Rows rows = machine_rows("free");
+  all.machine("free");
   for (size_t i = 0; i < renderers.size(); ++i) {
-    rows.append(free_rows(renderers[i].name, found[i]));
+    add_free(renderers[i].name, found[i], all);
   }
-  return rows.rows();
 }
 
 Measured suite_free(Command&) {
-  return [] { return eval_free({}); };
+  return measured(eval_free, std::make_shared<FreeEval>());
 }
 
 }  // namespace haptic

@@ -31,7 +31,7 @@ class FreeWay {
   /// `as_point`: distances of the tool's origin only.
   FreeWay(const FreeScene& scene, const FreeHand& hand, bool as_point);
 
-  /// Whether contacts computed for tick `asked` can prove the tool free at tick `now`: for each
+  /// True if contacts computed for tick `asked` can prove the tool free at tick `now`: for each
   /// object, 0.9 times the distance at `asked` exceeds the relative motion of the tool's centre
   /// since then, plus its rotation angle times its radius, plus √3 bands by which a detector may
   /// thicken surfaces.
@@ -65,6 +65,6 @@ struct FreeEval {
 };
 
 /// `hapt eval free`. Throws MeshError.
-std::vector<Row> eval_free(const FreeEval& eval);
+void eval_free(const FreeEval& eval, const Rows& all);
 
 }  // namespace haptic

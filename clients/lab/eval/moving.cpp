@@ -49,14 +49,12 @@ constexpr std::array kMovingCounts{
     MovingCount{"ticks closed though there is a free way", &MovingFound::closed, true},
     MovingCount{"sets behind their objects", &MovingFound::behind}};
 
-std::vector<Row> moving_rows(const std::string& name, const MovingFound& found) {
-  Rows rows(name);
+void add_moving(const MovingFound& found, Rows& rows) {
   for (const MovingCount& row : kMovingCounts) {
     row.has_goal ? rows.none(row.name, found.*row.count) : rows.add(row.name, found.*row.count);
   }
   rows.add({{"behind its objects, max", found.most_behind, "m"},
             {"force, max", found.largest_force, "N"}});
-  return rows.rows();
 }
 
 }  // namespace
@@ -131,8 +129,8 @@ MovingFound run_moving(const MovingScene& scene, Renderer renderer,
   return judge.found();
 }
 
-std::vector<Row> eval_moving(const MovingEval& eval) {
-  Rows rows = machine_rows("moving");
+void eval_moving(const MovingEval& eval, const Rows& all) {
+  all.machine("moving");
   std::map<std::string, MovingFound> found;
   std::map<std::string, std::string> bad;
   Progress progress("eval moving", static_cast<double>(eval.scenes));
@@ -148,21 +146,18 @@ std::vector<Row> eval_moving(const MovingEval& eval) {
       }
     }
   }
-  for (const auto& [name, all] : found) {
-    rows.append(moving_rows(name, all));
-    if (bad.count(name) == 0) continue;
-    Rows seeds(name);
-    seeds.note("seeds of scenes that miss a goal", bad[name]);
-    rows.append(seeds.rows());
+  for (const auto& [name, sum] : found) {
+    Rows rows = all.of(name);
+    add_moving(sum, rows);
+    if (!bad[name].empty()) rows.note("seeds of scenes that miss a goal", bad[name]);
   }
-  return rows.rows();
 }
 
 Measured suite_moving(Command& command) {
   const auto eval = std::make_shared<MovingEval>();
-  command.option("--scenes", eval->scenes, "how many").range(1, 1'000'000).show_default();
+  add_counts(command, {{"--scenes", &eval->scenes, "how many", 1, 1'000'000}});
   add_lockstep(command, eval->lockstep);
-  return [eval] { return eval_moving(*eval); };
+  return measured(eval_moving, eval);
 }
 
 }  // namespace haptic

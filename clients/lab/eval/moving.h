@@ -61,6 +61,6 @@ class MovingJudge {
 MovingFound run_moving(const MovingScene& scene, Renderer renderer, const LockstepOptions& options);
 
 /// `hapt eval moving`: both renderers whose tool never enters an object, in every scene.
-std::vector<Row> eval_moving(const MovingEval& eval);
+void eval_moving(const MovingEval& eval, const Rows& all);
 
 }  // namespace haptic

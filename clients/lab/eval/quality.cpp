@@ -33,14 +33,12 @@ BakedShape bake(const Soup& soup, std::string_view name) {
 }
 
 VoxelConfig options_of(const QualityGrain& grain) {
-  VoxelConfig options;
-  options.budget = 0;  // no time limit offline
-  options.size = grain.voxel;
-  options.band = 4 * grain.voxel;
-  options.stiffness = kPointStiffness;
-  // surfaces must be where the closed form has them
-  options.offset_layers = 0;
-  return options;
+  return {.size = grain.voxel,
+          .band = 4 * grain.voxel,
+          .stiffness = kPointStiffness,
+          // surfaces must be where the closed form has them
+          .offset_layers = 0,
+          .budget = 0};  // no time limit offline
 }
 
 ToolBody body_of(const TriangleMesh& mesh) {
@@ -139,48 +137,39 @@ Wrench QualityProbe::operator()(const Pose& X_WT) {
 }
 
 bool is_held_to(const QualityRenderer& renderer, QualityScene scene) {
-  switch (renderer.detector) {
-    case QualityDetector::kField:
-      return true;
-    case QualityDetector::kExact:
-      return scene == QualityScene::kConeOnPlane;
-    case QualityDetector::kTangentPlanes:
-      break;
-  }
-  return false;
+  return renderer.detector == QualityDetector::kField ||
+         (renderer.detector == QualityDetector::kExact && scene == QualityScene::kConeOnPlane);
 }
 
-std::vector<Row> eval_quality(QualityScene scene, const QualityRenderer& renderer,
-                              const QualityShapes& shapes, const QualityGrain& grain) {
+void eval_quality(QualityScene scene, const QualityRenderer& renderer, const QualityShapes& shapes,
+                  const QualityGrain& grain, const Rows& all) {
   const std::string name = std::string(name_of(scene)) + ": " + renderer.name;
   QualityProbe probe(renderer, shapes, grain);
   QualityGoals goals;
   goals.are_judged = is_held_to(renderer, scene);
-  Rows rows(name);
+  Rows rows = all.of(name);
   rows.note("scene", name);
-  rows.append(judge_quality(
-      scene, [&](const Pose& X_WT) { return probe(X_WT); }, grain.samples, goals, name));
+  judge_quality(
+      scene, [&](const Pose& X_WT) { return probe(X_WT); }, grain.samples, goals, name, all);
   rows.add("places at which it did not settle", probe.restless());
-  return rows.rows();
 }
 
-std::vector<Row> eval_quality(const QualityGrain& grain) {
-  Rows rows = machine_rows("quality");
-  rows.append(eval_drag());
+void eval_every_quality(const QualityGrain& grain, const Rows& all) {
+  all.machine("quality");
+  eval_drag(all);
   Progress progress("eval quality",
                     static_cast<double>(kScenes.size() * quality_renderers().size()));
   for (const QualityScene scene : kScenes) {
     const QualityShapes shapes = bake_quality(scene, grain);
     for (const QualityRenderer& renderer : quality_renderers()) {
-      rows.append(eval_quality(scene, renderer, shapes, grain));
+      eval_quality(scene, renderer, shapes, grain, all);
       progress.step();
     }
   }
-  return rows.rows();
 }
 
 Measured suite_quality(Command&) {
-  return [] { return eval_quality(QualityGrain{}); };
+  return measured(eval_every_quality, std::make_shared<QualityGrain>());
 }
 
 }  // namespace haptic

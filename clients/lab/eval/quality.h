@@ -72,15 +72,15 @@ class QualityProbe {
   uint64_t restless_ = 0;
 };
 
-/// Whether a renderer is held to the goals of a scene. Renderers whose method cannot reach them
+/// True if a renderer is held to the goals of a scene. Renderers whose method cannot reach them
 /// report their figures only; docs/judge.md says why.
 bool is_held_to(const QualityRenderer& renderer, QualityScene scene);
 
 /// Evaluates one renderer in one scene.
-std::vector<Row> eval_quality(QualityScene scene, const QualityRenderer& renderer,
-                              const QualityShapes& shapes, const QualityGrain& grain);
+void eval_quality(QualityScene scene, const QualityRenderer& renderer, const QualityShapes& shapes,
+                  const QualityGrain& grain, const Rows& all);
 
 /// `hapt eval quality`: every scene with every renderer.
-std::vector<Row> eval_quality(const QualityGrain& grain);
+void eval_every_quality(const QualityGrain& grain, const Rows& all);
 
 }  // namespace haptic

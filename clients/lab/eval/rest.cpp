@@ -39,21 +39,20 @@ std::vector<RestScene> rest_scenes_of(const RestEval& eval) {
           {"sphere of 3 mm in a gyroid", 3e-3, [](uint64_t) { return make_gyroid(40); }, rolled}};
 }
 
-std::vector<Row> rest_rows(const std::string& name, const RestCount& count, bool is_point) {
-  Rows rows(name);
+void add_count(const std::string& name, const RestCount& count, bool is_point, const Rows& all) {
+  Rows rows = all.of(name);
   rows.add({{"ticks in contact", count.touching},
             {"of them not at rest within the tick", count.restless}});
   const auto ticks = static_cast<double>(std::max<uint64_t>(count.touching, 1));
   const double share = 1 - static_cast<double>(count.restless) / ticks;
   rows.add({{"share at rest within the tick", share, "", at_least(kRestShare)},
             {"ticks at a solver's limit", count.limits}});
-  if (!is_point) return rows.rows();
+  if (!is_point) return;
   rows.add({{"places that ways are tried from", count.judged},
             {"of them caught: a straight way is free", count.caught, "", kMustBeZero},
             {"force such a way would take, max", count.worst, "N"},
             {"of a force of", count.of_force, "N"},
             {"of them with the verified proxy inside", count.inside, "", kMustBeZero}});
-  return rows.rows();
 }
 
 }  // namespace
@@ -89,17 +88,17 @@ RestCount judge_rests(const Soup& soup, RestHand kind, double radius, const Rest
     if (radius > 0 || k % eval.every != 0 || force < kLeastForce) continue;
     ++count.judged;
     count.inside += ways.holds(frame.X_WG.p);
-    const FoundWay way =
+    const std::optional<double> way =
         ways.free_way(proxy, tool, kLeastGain / kProxyStiffness, eval.directions, seed + k);
-    count.caught += way.found;
-    const double gain = way.found ? kProxyStiffness * way.gain : 0;
+    count.caught += way.has_value();
+    const double gain = kProxyStiffness * way.value_or(0);
     if (gain > count.worst) count.worst = gain, count.of_force = force;
   }
   return count;
 }
 
-std::vector<Row> eval_rest(const RestEval& eval) {
-  Rows rows = machine_rows("rest");
+void eval_rest(const RestEval& eval, const Rows& all) {
+  all.machine("rest");
   const auto scenes = rest_scenes_of(eval);
   Progress progress("eval rest", static_cast<double>(scenes.size() * kRestHands.size()));
   for (const RestScene& scene : scenes) {
@@ -109,15 +108,14 @@ std::vector<Row> eval_rest(const RestEval& eval) {
         const uint64_t seed = eval.seed + m;
         count.add(judge_rests(scene.make(seed), hand, scene.radius, eval, seed));
       }
-      rows.append(rest_rows(scene.name + ", " + name_of(hand), count, scene.radius == 0));
+      add_count(scene.name + ", " + name_of(hand), count, scene.radius == 0, all);
       progress.step();
     }
   }
-  return rows.rows();
 }
 
 Measured suite_rest(Command&) {
-  return [] { return eval_rest({}); };
+  return measured(eval_rest, std::make_shared<RestEval>());
 }
 
 }  // namespace haptic

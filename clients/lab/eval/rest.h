@@ -40,6 +40,6 @@ RestCount judge_rests(const Soup& soup, RestHand hand, double radius, const Rest
                       uint64_t seed);
 
 /// `hapt eval rest`.
-std::vector<Row> eval_rest(const RestEval& eval);
+void eval_rest(const RestEval& eval, const Rows& all);
 
 }  // namespace haptic

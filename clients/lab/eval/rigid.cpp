@@ -43,17 +43,17 @@ bool is_massless(Renderer renderer) {
 
 RigidJudge judge_of(const RigidScene& scene, Renderer renderer, double friction) {
   const SessionConfig config = rigid_session(scene, renderer, friction);
-  RigidJudgeOptions options;
-  options.springs = {kStiffness, kTurnStiffness};
-  options.margin = god_object_options(config, tool_body(scene.tool.mesh, config.tool)).margin;
-  options.dt = 1 / config.servo_rate;
-  options.is_massless = is_massless(renderer);
-  options.has_friction = friction > 0;
-  return RigidJudge(scene.object, scene.tool, options);
+  const ToolBody body = tool_body(scene.tool.mesh, config.tool);
+  return RigidJudge(scene.object, scene.tool,
+                    {.springs = {kStiffness, kTurnStiffness},
+                     .margin = god_object_options(config, body).margin,
+                     .dt = 1 / config.servo_rate,
+                     .is_massless = is_massless(renderer),
+                     .has_friction = friction > 0});
 }
 
-std::vector<Row> judge_plane(Renderer renderer, const LockstepOptions& lockstep) {
-  Rows rows(std::string(row_of(renderer).name) + ", box on plate");
+void judge_plane(Renderer renderer, const LockstepOptions& lockstep, const Rows& all) {
+  Rows rows = all.of(std::string(row_of(renderer).name) + ", box on plate");
   double free = 0;
   for (uint32_t age = 1; age <= kOldest; ++age) {
     free = std::max(free, force_in_free_space(renderer, {lockstep.contact_period, age}));
@@ -62,7 +62,6 @@ std::vector<Row> judge_plane(Renderer renderer, const LockstepOptions& lockstep)
              at_most(goal_if(is_massless(renderer), 0))},
             {"pushed at 45°: force along/across the plane, max", slant_of_push(renderer, lockstep),
              "", at_most(goal_if(is_massless(renderer), kSlantGoal))}});
-  return rows.rows();
 }
 
 }  // namespace
@@ -140,8 +139,8 @@ double slant_of_push(Renderer renderer, const LockstepOptions& lockstep) {
   return pressed > 0 ? most : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::vector<Row> eval_rigid(RigidEval eval) {
-  Rows rows = machine_rows("rigid");
+void eval_rigid(RigidEval eval, const Rows& all) {
+  Rows rows = all.machine("rigid");
   std::vector<RigidScene> scenes{peg_in_hole(kClearance), box_on_plate()};
   if (std::optional<RigidScene> bunny = bunny_on_bunny(eval.meshes)) {
     scenes.push_back(*std::move(bunny));
@@ -151,19 +150,18 @@ std::vector<Row> eval_rigid(RigidEval eval) {
   }
   Progress progress("eval rigid", static_cast<double>(kRigidRenderers.size() * scenes.size()));
   for (const Renderer renderer : kRigidRenderers) {
-    rows.append(judge_plane(renderer, eval.lockstep));
+    judge_plane(renderer, eval.lockstep, all);
     for (const RigidScene& scene : scenes) {
       const std::string name = std::string(row_of(renderer).name) + ", " + scene.name + ", shaken";
       for (const auto& [friction, words] : kFrictions) {
         // two scans take most of the time already
         if (friction > 0 && scene.object.mesh.triangles.size() > kManyTriangles) continue;
         eval.friction = friction;
-        rows.append(shake_rigid(scene, renderer, eval).rows(name + words));
+        shake_rigid(scene, renderer, eval).add_rows(name + words, all);
       }
       progress.step();
     }
   }
-  return rows.rows();
 }
 
 Measured suite_rigid(Command& command) {
@@ -176,9 +174,9 @@ Measured suite_rigid(Command& command) {
   add_duration(command, "--for", options->seconds, "how long the hand shakes in each scene")
       .show_default();
   add_lockstep(command, options->eval.lockstep);
-  return [options] {
+  return [options](Report& report) {
     options->eval.ticks = static_cast<uint64_t>(options->seconds / kTick);
-    return eval_rigid(options->eval);
+    eval_rigid(options->eval, report.rows);
   };
 }
 

@@ -44,6 +44,6 @@ double slant_of_push(Renderer renderer, const LockstepOptions& lockstep);
 /// `hapt eval rigid`: both renderers whose tool never enters an object, in every scene,
 /// with each friction.
 /// Throws MeshError.
-std::vector<Row> eval_rigid(RigidEval eval);
+void eval_rigid(RigidEval eval, const Rows& all);
 
 }  // namespace haptic

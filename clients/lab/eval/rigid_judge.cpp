@@ -95,7 +95,7 @@ void RigidJudge::note_force(const Wrench& felt_W, const Wrench& reference_W) {
   reference_W_.push_back(reference_W.f);
 }
 
-/// Whether the tool would be inside somewhere on its way to the hand, except near its end, where
+/// True if the tool would be inside somewhere on its way to the hand, except near its end, where
 /// contact may lag behind. A point past a constraint plane but around a corner is free.
 bool RigidJudge::is_passed(const Pose& X_WG, const Twist& way, const Twist& hand) const {
   const double late = kBodyJamForce / options_.springs.translational;
@@ -159,8 +159,8 @@ void RigidJudge::add(const ServoFrame& frame, const ContactSet* set) {
   has_frame_ = true;
 }
 
-std::vector<Row> RigidJudge::rows(const std::string& case_name) const {
-  Rows rows(case_name);
+void RigidJudge::add_rows(const std::string& case_name, const Rows& all) const {
+  Rows rows = all.of(case_name);
   rows.add({{"ticks", found_.ticks},
             {"ticks with a force", found_.felt},
             {"ticks not finite", found_.not_finite, "", kMustBeZero},
@@ -180,7 +180,7 @@ std::vector<Row> RigidJudge::rows(const std::string& case_name) const {
   }
   if (!options_.is_massless) {
     rows.add("step of force in a tick, max", found_.largest_step, "N");
-    return rows.rows();
+    return;
   }
   rows.add(
       {{"force not between the last and the spring's, max", found_.beside, "of it", at_most(kCone)},
@@ -191,7 +191,6 @@ std::vector<Row> RigidJudge::rows(const std::string& case_name) const {
   rows.add({{"exact force above 100 Hz, root mean square", exact, "N"},
             {"force above 100 Hz, root mean square", rms_above(felt_W_, 1 / options_.dt, kRough),
              "N", at_most(kRougher * exact)}});
-  return rows.rows();
 }
 
 }  // namespace haptic

@@ -48,7 +48,7 @@ class RigidJudge {
   /// `set` as used by the tick, null before the first.
   void add(const ServoFrame& frame, const ContactSet* set);
 
-  std::vector<Row> rows(const std::string& case_name) const;
+  void add_rows(const std::string& case_name, const Rows& all) const;
 
   struct Found {
     uint64_t ticks = 0, felt = 0, not_finite = 0;

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <random>
 
-#include "clients/lab/eval/renderer.h"
-#include "clients/lab/support/closed_grid.h"
+#include "clients/lab/eval/mesh/renderer.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"
+#include "clients/lab/support/soups.h"
 #include "contact/bake/bake.h"
 #include "contact/query/point/closest_point.h"
 #include "proto/math/units.h"
@@ -23,9 +23,6 @@ constexpr int kLongestLag = 20;   // ticks
 struct SurfacePoint {
   Vec3 p, normal;
 };
-
-/// A parametric surface.
-using Surface = std::function<SurfacePoint(double u, double v)>;
 
 SurfacePoint on_torus(double u, double v) {
   constexpr double kRing = 0.06, kTube = 0.02;
@@ -77,6 +74,37 @@ void lead(RuffaldiWork& work, size_t ticks, const std::function<SurfacePoint(dou
   }
 }
 
+constexpr double kBallRadius = 0.05;  // [m]
+
+Soup make_bumps() {
+  return mapped(make_grid(0.1, 400), [](const Vec3& v) { return on_bumps(v.x, v.y).p; });
+}
+
+/// A surface: its mesh, its largest curvature [1/m], and where the probe is on it at t [s].
+struct Surface {
+  std::string_view name;
+  Soup (*make)();
+  double curvature;
+  SurfacePoint (*way)(double t);
+};
+constexpr std::array kSurfaces{
+    Surface{"plane", [] { return make_grid(0.1, 50); }, 0,
+            [](double t) {
+              const Vec3 p = flat_slide(t);
+              return SurfacePoint{{p.x, p.y, 0}, {0, 0, 1}};
+            }},
+    Surface{"sphere", [] { return make_icosphere(kBallRadius, 7); }, 1 / kBallRadius,
+            [](double t) {
+              return SurfacePoint{kBallRadius * sphere_direction(t), sphere_direction(t)};
+            }},
+    Surface{"torus", [] { return make_torus(900, 300); }, 1 / 0.02,
+            [](double t) { return on_torus(2 * kPi * 0.11 * t, 2 * kPi * 0.31 * t); }},
+    Surface{"bumpy", make_bumps, 2e-3 * (60 * 60 + 20 * 20) + 1e-3 * (80 * 80 + 70 * 70),
+            [](double t) {
+              const Vec3 p = flat_slide(t);
+              return on_bumps(p.x, p.y);
+            }}};
+
 /// Root of the mean of error(k) over the samples in contact.
 template <typename Error>
 double rms_of(const std::vector<TrajSample>& probe, Error error) {
@@ -93,39 +121,15 @@ double rms_of(const std::vector<TrajSample>& probe, Error error) {
 }  // namespace
 
 RuffaldiWork make_ruffaldi_work(const std::string& surface, size_t ticks) {
-  RuffaldiWork work;
-  double curvature = 0;  // the largest [1/m]
-  if (surface == "plane") {
-    work.soup = make_grid(0.1, 50);
-    lead(work, ticks, [](double t) {
-      const Vec3 p = flat_slide(t);
-      return SurfacePoint{{p.x, p.y, 0}, {0, 0, 1}};
-    });
-  } else if (surface == "sphere") {
-    constexpr double kRadius = 0.05;
-    work.soup = make_icosphere(kRadius, 7);
-    curvature = 1 / kRadius;
-    lead(work, ticks, [](double t) {
-      return SurfacePoint{kRadius * sphere_direction(t), sphere_direction(t)};
-    });
-  } else if (surface == "torus") {
-    work.soup = make_torus(900, 300);
-    curvature = 1 / 0.02;
-    lead(work, ticks, [](double t) { return on_torus(2 * kPi * 0.11 * t, 2 * kPi * 0.31 * t); });
-  } else if (surface == "bumpy") {
-    work.soup = make_grid(0.1, 400);
-    for (Vec3& v : work.soup.vertices) v = on_bumps(v.x, v.y).p;
-    curvature = 2e-3 * (60 * 60 + 20 * 20) + 1e-3 * (80 * 80 + 70 * 70);
-    lead(work, ticks, [](double t) {
-      const Vec3 p = flat_slide(t);
-      return on_bumps(p.x, p.y);
-    });
-  } else {
+  const auto kind = std::ranges::find(kSurfaces, surface, &Surface::name);
+  if (kind == kSurfaces.end()) {
     throw std::runtime_error("--surface " + surface +
                              ": unknown; give plane, sphere, torus or bumpy");
   }
+  RuffaldiWork work{kind->make(), {}, {}, 0};
+  lead(work, ticks, kind->way);
   const double h = longest_edge(work.soup);
-  work.facet_error = kRuffaldiStiffness * h * h * curvature / 8;
+  work.facet_error = kRuffaldiStiffness * h * h * kind->curvature / 8;
   return work;
 }
 
@@ -191,7 +195,7 @@ std::vector<Vec3> render_trajectory(const MeshShape& shape, const std::vector<Ve
   return forces;
 }
 
-std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
+void eval_ruffaldi(const RuffaldiEval& eval, const Rows& all) {
   const bool scanned = !eval.traj.empty();
   RuffaldiWork work;
   BakedShape baked;
@@ -211,7 +215,7 @@ std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
   const std::vector<Vec3> forces = render_trajectory(shape, work.in_trajectory, eval.lockstep);
   const ForceComparison c = compare_forces(work.probe, forces);
 
-  Rows rows = machine_rows("ruffaldi on " + (scanned ? eval.traj : eval.surface));
+  Rows rows = all.machine("ruffaldi on " + (scanned ? eval.traj : eval.surface));
   rows.add("triangles", shape.mesh.triangles.size());
   if (!scanned) rows.add("noise of the tracker", eval.noise, "m");
   rows.add({{"samples in contact", c.samples}, {"mean force", c.mean_force, "N"}});
@@ -227,7 +231,6 @@ std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
             {"force error, rms, lag taken out", c.rms_aligned, "N"},
             {"direction jump in a tick, max", c.direction_jump, "rad"}});
   if (!scanned) rows.add("bound of the mesh's error, h²κ/8·k", work.facet_error, "N");
-  return rows.rows();
 }
 
 Measured suite_ruffaldi(Command& command) {
@@ -244,7 +247,7 @@ Measured suite_ruffaldi(Command& command) {
       .needs("--mesh");
   add_scan_size(command, eval->size);
   add_lockstep(command, eval->lockstep);
-  return [eval] { return eval_ruffaldi(*eval); };
+  return measured(eval_ruffaldi, eval);
 }
 
 }  // namespace haptic

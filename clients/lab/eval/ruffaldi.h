@@ -64,6 +64,6 @@ struct RuffaldiEval {
 
 /// `hapt eval ruffaldi`. Goal: rms error at most 0.5 % of the mean force on plane and
 /// sphere.
-std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval);
+void eval_ruffaldi(const RuffaldiEval& eval, const Rows& all);
 
 }  // namespace haptic

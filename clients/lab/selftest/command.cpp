@@ -35,14 +35,13 @@ GuardedLoopOptions loop_options(const SessionConfig& config, std::optional<uint6
   return loop;
 }
 
-Rows make_rows(const SessionConfig& config, const GuardedLoopResult& result) {
-  Rows rows{std::string(view(config.name))};
-  rows.note("machine", machine_line());
-  rows.note("rights", result.rights.explain());
-  rows.add("ticks under guard", result.ticks);
+void add_rows(const SessionConfig& config, const GuardedLoopResult& result, const Rows& all) {
+  Rows rows = all.machine(std::string(view(config.name)));
   const bool is_simulated = !has_node(config.device);
-  // without contact a simulated hand tests little; a real hand is up to its user
-  rows.add({{"of them in contact", result.contact_ticks, "", at_least(goal_if(is_simulated, 1))},
+  rows.add({{"rights", result.rights.explain()},
+            {"ticks under guard", result.ticks},
+            // without contact a simulated hand tests little; a real hand is up to its user
+            {"of them in contact", result.contact_ticks, "", at_least(goal_if(is_simulated, 1))},
             // a loop whose device did not answer has not been tested
             {"of them without the device", result.lost_ticks, "", kMustBeZero}});
   for (size_t kind = 0; kind < kViolations; ++kind) {
@@ -56,7 +55,6 @@ Rows make_rows(const SessionConfig& config, const GuardedLoopResult& result) {
        {"voluntary switches", result.report.voluntary_switches, "",
         given(goal_if(is_simulated, static_cast<double>(result.timed_ticks)),
               result.stray_sleeps() == 0)}});
-  return rows;
 }
 
 /// Another thread shows the progress: the guarded one may not write.
@@ -75,14 +73,13 @@ GuardedLoopResult run_shown(const SessionConfig& config, const ContactShapes& sh
   return run_guarded_loop(config, shapes, loop);
 }
 
-std::vector<Row> rows_of_selftest(const SelftestOptions& options) {
+void eval_selftest(const SelftestOptions& options, const Rows& all) {
   const SessionConfig config = load_config(find_session_file(options.config));
   const BakedSession baked = bake_session(config);
   const GuardedLoopResult result =
       run_shown(config, baked.shapes(), loop_options(config, options.ticks));
-  const Rows rows = make_rows(config, result);
+  add_rows(config, result, all);
   std::cerr << result.report.explain();
-  return rows.rows();
 }
 
 Measured prepare_selftest(Command& command) {
@@ -91,15 +88,13 @@ Measured prepare_selftest(Command& command) {
   command.option("--ticks", options->ticks, "how many, one after the other without waiting")
       .range(1, 1'000'000'000)
       .show_default("1000000; with a real device 10000, at its rate");
-  return [options] { return rows_of_selftest(*options); };
+  return measured(eval_selftest, options);
 }
 
 }  // namespace
 
 void add_selftest_command(Command& app) {
-  Command command = add_elsewhere(app, "selftest");
-  measure_by(command, prepare_selftest);
-  command.example("hapt selftest --config plane.toml");
+  measure_by(add_elsewhere(app, "selftest"), prepare_selftest, "hapt selftest --config plane.toml");
 }
 
 }  // namespace haptic

@@ -15,6 +15,7 @@
 #include "device-io/plugged/find_node.h"
 #include "proto/config/devices.h"
 #include "proto/ipc/control.h"
+#include "proto/os/priorities.h"
 #include "servo/loop.h"
 #include "sim/step.h"
 
@@ -22,7 +23,6 @@ namespace haptic {
 namespace {
 
 constexpr uint64_t kGeneration = 1;  // of each segment: nothing is restarted here
-constexpr int kServoPriority = 80;   // SCHED_FIFO, as haptic-servo
 constexpr int64_t kAttachPatienceNs = 10 * kNsPerSecond;  // until every segment is attached
 constexpr int64_t kLookNs = 1'000'000;     // [ns]; between two looks at the attachments
 constexpr uint64_t kControlPeriod = 3000;  // ticks between two changes of the controls

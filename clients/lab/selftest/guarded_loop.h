@@ -48,7 +48,7 @@ struct GuardedLoopResult {
   }
 };
 
-/// Whether this device is accessed through a device node.
+/// True if this device is accessed through a device node.
 bool has_node(const DeviceConfig& device);
 
 /// Runs a whole session in one thread under rt_guard: haptic-servo's own loop body with the

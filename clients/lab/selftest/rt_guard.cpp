@@ -5,7 +5,6 @@
 #include <dlfcn.h>
 #include <execinfo.h>
 #include <seccomp.h>
-#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -38,20 +37,20 @@ struct PageFaults {
 };
 constinit thread_local PageFaults own_faults{};  // caused by the guard itself since it was armed
 
-PageFaults page_faults() noexcept {
+rusage usage_of_thread() noexcept {
   rusage usage{};
   getrusage(RUSAGE_THREAD, &usage);
-  return {usage.ru_minflt, usage.ru_majflt};
+  return usage;
 }
 
 /// The caller's stack. The unwinder's tables may be touched for the first time: those faults are
 /// not the loop's.
 int read_stack(std::array<void*, Caught::kMaxDepth>& stack) noexcept {
-  const PageFaults before = page_faults();
+  const rusage before = usage_of_thread();
   const int depth = backtrace(stack.data(), Caught::kMaxDepth);
-  const PageFaults after = page_faults();
-  own_faults.minor += after.minor - before.minor;
-  own_faults.major += after.major - before.major;
+  const rusage after = usage_of_thread();
+  own_faults.minor += after.ru_minflt - before.ru_minflt;
+  own_faults.major += after.ru_majflt - before.ru_majflt;
   return depth;
 }
 
@@ -170,7 +169,7 @@ RtGuard::RtGuard(const GuardOptions& options) {
   // warm-up: the first backtrace loads a library, the first getrusage touches pages
   std::array<void*, 4> warm_up{};
   backtrace(warm_up.data(), static_cast<int>(warm_up.size()));
-  read_usage();
+  usage_of_thread();
   current = &report_;
   aborts = options.abort_at_once;
   if (!options.filter_system_calls) return;
@@ -183,33 +182,23 @@ RtGuard::~RtGuard() {
   current = nullptr;
 }
 
-RtGuard::Usage RtGuard::read_usage() noexcept {
-  rusage usage{};
-  getrusage(RUSAGE_THREAD, &usage);
-  return {usage.ru_minflt, usage.ru_majflt, usage.ru_nivcsw, usage.ru_nvcsw};
-}
-
 void RtGuard::arm() {
   // only now: a warm-up must behave as without a guard
   if (filter_ && !std::exchange(is_filtered_, true)) filter_->load();
   own_faults = {};
-  armed_at_ = read_usage();
+  armed_at_ = usage_of_thread();
   is_armed = true;
 }
 
 void RtGuard::disarm() noexcept {
   is_armed = false;
-  const Usage now = read_usage();
-  const auto minor =
-      static_cast<uint64_t>(now.minor_faults - armed_at_.minor_faults - own_faults.minor);
-  const auto major =
-      static_cast<uint64_t>(now.major_faults - armed_at_.major_faults - own_faults.major);
+  const rusage now = usage_of_thread();
+  const auto minor = static_cast<uint64_t>(now.ru_minflt - armed_at_.ru_minflt - own_faults.minor);
+  const auto major = static_cast<uint64_t>(now.ru_majflt - armed_at_.ru_majflt - own_faults.major);
   report_.of(Violation::kMinorFault).count += minor;
   report_.of(Violation::kMajorFault).count += major;
-  report_.involuntary_switches +=
-      static_cast<uint64_t>(now.involuntary_switches - armed_at_.involuntary_switches);
-  report_.voluntary_switches +=
-      static_cast<uint64_t>(now.voluntary_switches - armed_at_.voluntary_switches);
+  report_.involuntary_switches += static_cast<uint64_t>(now.ru_nivcsw - armed_at_.ru_nivcsw);
+  report_.voluntary_switches += static_cast<uint64_t>(now.ru_nvcsw - armed_at_.ru_nvcsw);
   if (!aborts || minor + major == 0) return;
   abort_loudly(name_of(major > 0 ? Violation::kMajorFault : Violation::kMinorFault));
 }

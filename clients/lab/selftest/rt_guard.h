@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <sys/resource.h>
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -56,7 +58,7 @@ struct GuardReport {
   std::string explain() const;
 };
 
-/// Whether the interposed functions are linked into this program.
+/// True if the interposed functions are linked into this program.
 bool guard_hooks_linked() noexcept;
 
 struct GuardOptions {
@@ -86,15 +88,10 @@ class RtGuard {
   const GuardReport& report() const noexcept { return report_; }
 
  private:
-  struct Usage {
-    int64_t minor_faults, major_faults, involuntary_switches, voluntary_switches;
-  };
-  static Usage read_usage() noexcept;
-
   std::unique_ptr<detail::SystemCallFilter> filter_;
   bool is_filtered_ = false;
   GuardReport report_;
-  Usage armed_at_{};
+  rusage armed_at_{};
 };
 
 /// How often some work allocates and frees.

@@ -33,9 +33,9 @@ class RefusedCall {
   long argument(int i) const noexcept;
   /// Result for the caller; without it, whatever the register held.
   void set_result(long result) noexcept;
-  /// Whether it waits for or releases a lock: if that fails, the C library ends the program.
+  /// True if it waits for or releases a lock: if that fails, the C library ends the program.
   bool is_lock() const noexcept;
-  /// Whether it raises SIGABRT.
+  /// True if it raises SIGABRT.
   bool is_abort() const noexcept;
   /// Makes the call if the guard itself needs it; else ENOSYS.
   long make() const noexcept;

@@ -128,21 +128,16 @@ double damping_of(const std::string& text, bool turning) {
 ProbeSetting setting_of(const AxisOptions& options) {
   SessionConfig config = load_config(find_session_file(options.config));
   if (options.rate > 0) config.servo_rate = options.rate;
-  ProbeSetting out;
-  out.turning = options.turning;
-  out.rate = config.servo_rate;
-  out.hand = hand_of(config);
+  Hand hand = hand_of(config);
   for (const DeviceKey& key : kDeviceKeys) {
     if (const auto value = value_given(options, key)) {
-      out.hand.*(options.turning ? key.turning_value : key.moving_value) = *value;
+      hand.*(options.turning ? key.turning_value : key.moving_value) = *value;
     }
   }
   const CoupledAxis axis = options.turning ? turning_axis(config) : moving_axis(config);
-  out.stiffness = value_given(options, kStiffnessKey).value_or(axis.stiffness);
-  out.damping = value_given(options, kDampingKey).value_or(axis.coupling_damping);
-  out.max_damping = config.device.max_damping;
-  out.max_rotational_damping = config.device.max_rotational_damping;
-  if (!((options.turning ? out.hand.inertia : out.hand.mass) > 0)) {
+  const auto stiffness = value_given(options, kStiffnessKey),
+             damping = value_given(options, kDampingKey);
+  if (!((options.turning ? hand.inertia : hand.mass) > 0)) {
     throw UsageError(options.turning ? options.config +
                                            ": the handle cannot turn; give inertia in "
                                            "[device.hand], or --mass \"1e-4 kg·m²\""
@@ -150,7 +145,13 @@ ProbeSetting setting_of(const AxisOptions& options) {
                                            ": the mass of the device is not known; give mass in "
                                            "[device], or --mass \"0.1 kg\"");
   }
-  return out;
+  return {.turning = options.turning,
+          .hand = hand,
+          .stiffness = stiffness.value_or(axis.stiffness),
+          .damping = damping.value_or(axis.coupling_damping),
+          .rate = config.servo_rate,
+          .max_damping = config.device.max_damping,
+          .max_rotational_damping = config.device.max_rotational_damping};
 }
 
 CoupledAxis coupled_axis(const ProbeSetting& s) {

@@ -19,17 +19,17 @@ struct BodePoint {
 
 struct Bode {
   std::vector<BodePoint> points;  // by frequency
-  /// What the force has at even multiples of the lowest frequency, which the motion lacks, over
-  /// what it has at those of the motion; root mean squares. 0: the wall is linear.
+  /// The force at even multiples of the lowest frequency, which the motion lacks, over the force at
+  /// the frequencies of the motion; root mean squares. 0: the wall is linear.
   double distortion = 0;
 };
 
-/// What the servo renders, measured: the handle is led into the block and moved there by a sum of
-/// sines, about half as far as to the surface, in lockstep through the servo's own step; the wrench
-/// that the motors hold over each tick, as the continuous signal that it is, is compared with the
-/// motion by their Fourier coefficients. The sines are odd multiples of a thousandth of the servo's
-/// rate up to nine tenths of half of it, about evenly spaced in the logarithm, with Schroeder's
-/// phases, which keep the sum from having peaks (Schroeder 1970).
+/// Measures the impedance that the servo renders: the handle is led into the block and moved there
+/// by a sum of sines, about half as far as to the surface, in lockstep through the servo's own
+/// step; the wrench that the motors hold over each tick, as the continuous signal that it is, is
+/// compared with the motion by their Fourier coefficients. The sines are odd multiples of a
+/// thousandth of the servo's rate up to nine tenths of half of it, about evenly spaced in the
+/// logarithm, with Schroeder's phases, which keep the sum from having peaks (Schroeder 1970).
 /// Nothing moves by the force, so a coupling that no hand could hold is measured as well; hand and
 /// device have no part in it except the encoder and the filter of the velocity. `periods` of a
 /// thousand ticks are averaged.

@@ -10,6 +10,7 @@
 #include "clients/lab/stability/axis_options.h"
 #include "clients/lab/stability/bode.h"
 #include "clients/lab/support/measurement.h"
+#include "clients/report/formatted.h"
 #include "clients/report/plot_svg.h"
 
 namespace haptic {
@@ -52,13 +53,10 @@ double good_up_to(const Bode& bode, const Error& error, double most) {
 }
 
 std::string at(double frequency) {
-  char text[32];
-  std::snprintf(text, sizeof text, " at %.4g Hz", frequency);
-  return text;
+  return formatted(" at %.4g Hz", frequency);
 }
 
-Rows rows_of(const Bode& bode, bool turning) {
-  Rows rows(turning ? "turning" : "moving");
+void add_rows(const Bode& bode, bool turning, Rows rows) {
   const AxisUnits units = units_of(turning);
   const std::vector<double> phases = unwrapped(bode);
   for (size_t i = 0; i < bode.points.size(); ++i) {
@@ -72,7 +70,6 @@ Rows rows_of(const Bode& bode, bool turning) {
   rows.add({{"within 3 dB up to", good_up_to(bode, gain_error, 3), "Hz"},
             {"within 45 deg up to", good_up_to(bode, phase_error, 45), "Hz"},
             {"distortion", bode.distortion}});
-  return rows;
 }
 
 void draw_bode(const AxisOptions& options, const Bode& bode) {
@@ -96,7 +93,7 @@ void draw_bode(const AxisOptions& options, const Bode& bode) {
             {"frequency [Hz]", true});
 }
 
-std::vector<Row> rows_of_bode(const BodeOptions& options) {
+void eval_bode(const BodeOptions& options, const Rows& all) {
   ProbeSetting setting = setting_of(options.axis);
   setting.delay = options.delay;
   if (!(setting.stiffness > 0)) {
@@ -106,28 +103,24 @@ std::vector<Row> rows_of_bode(const BodeOptions& options) {
   const ProbeScene scene(options.axis.turning);
   const Bode bode = measure_bode(scene, setting, options.periods);
   if (!options.axis.output.empty()) draw_bode(options.axis, bode);
-  return rows_of(bode, options.axis.turning).rows();
+  add_rows(bode, options.axis.turning, all.of(options.axis.turning ? "turning" : "moving"));
 }
 
 Measured prepare_bode(Command& command) {
   const auto options = std::make_shared<BodeOptions>();
-  command.option("--delay", options->delay, "ticks by which each force comes late")
-      .range(0, 400)
-      .show_default();
-  command.option("--periods", options->periods, "averaged; a period is a thousand ticks")
-      .range(1, 1000)
-      .show_default();
+  add_counts(command,
+             {{"--delay", &options->delay, "ticks by which each force comes late", 0, 400},
+              {"--periods", &options->periods, "averaged; a period is a thousand ticks", 1, 1000}});
   add_coupling_options(command, options->axis);
   add_axis_options(command, options->axis);
-  return [options] { return rows_of_bode(*options); };
+  return measured(eval_bode, options);
 }
 
 }  // namespace
 
 void add_bode_command(Command& app) {
-  Command command = add_elsewhere(app, "bode");
-  measure_by(command, prepare_bode);
-  command.example("hapt bode --config plane.toml --delay 1 -o bode.svg");
+  measure_by(add_elsewhere(app, "bode"), prepare_bode,
+             "hapt bode --config plane.toml --delay 1 -o bode.svg");
 }
 
 }  // namespace haptic

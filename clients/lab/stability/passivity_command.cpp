@@ -29,7 +29,7 @@ void draw_passivity(const AxisOptions& options, const std::vector<MarginPoint>& 
             {{"margin, drawn up to 2", "", {margin, zero}}}, {"frequency [Hz]", true});
 }
 
-std::vector<Row> rows_of_passivity(const AxisOptions& options) {
+void eval_passivity(const AxisOptions& options, const Rows& all) {
   const ProbeSetting setting = setting_of(options);
   check_outputs({options.output}, {options.config}, options.overwrite);
   const CoupledAxis axis = coupled_axis(setting);
@@ -39,7 +39,7 @@ std::vector<Row> rows_of_passivity(const AxisOptions& options) {
       curve.begin(), curve.end(),
       [](const MarginPoint& a, const MarginPoint& b) { return a.margin < b.margin; });
 
-  Rows rows(options.turning ? "turning" : "moving");
+  Rows rows = all.of(options.turning ? "turning" : "moving");
   rows.add({{"damping of the device", axis.damping, units.damping},
             {"damping of the coupling", axis.coupling_damping, units.damping},
             {"two-port margin", two_port_margin(axis), "", at_least(0)},
@@ -49,22 +49,20 @@ std::vector<Row> rows_of_passivity(const AxisOptions& options) {
              given(most, axis.stiffness < most || axis.stiffness == 0)},
             {"largest stiffness with a margin", largest_with_margin(axis), units.stiffness}});
   if (!options.output.empty()) draw_passivity(options, curve);
-  return rows.rows();
 }
 
 Measured prepare_passivity(Command& command) {
   const auto options = std::make_shared<AxisOptions>();
   add_coupling_options(command, *options);
   add_axis_options(command, *options);
-  return [options] { return rows_of_passivity(*options); };
+  return measured(eval_passivity, options);
 }
 
 }  // namespace
 
 void add_passivity_command(Command& app) {
-  Command command = add_elsewhere(app, "passivity");
-  measure_by(command, prepare_passivity);
-  command.example("hapt passivity --config bunny.toml --stiffness \"1200 N/m\" -o margin.svg");
+  measure_by(add_elsewhere(app, "passivity"), prepare_passivity,
+             "hapt passivity --config bunny.toml --stiffness \"1200 N/m\" -o margin.svg");
 }
 
 }  // namespace haptic

@@ -12,7 +12,7 @@
 
 namespace haptic {
 
-/// What is put on the bench: one axis of a device in a hand, and the coupling that it renders.
+/// The subject on the bench: one axis of a device in a hand, and the coupling that it renders.
 /// Units of an axis that turns in brackets.
 struct ProbeSetting {
   bool turning = false;
@@ -26,8 +26,7 @@ struct ProbeSetting {
   double max_rotational_damping = 0;  // [N·m·s/rad]
 };
 
-/// What the device and the hand weigh on that axis: mass or inertia, damping, and the hand's
-/// stiffness.
+/// Device and hand together on that axis: mass or inertia, damping, and the hand's stiffness.
 struct ProbedBody {
   double mass, damping, hand_stiffness;
 };

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "device-io/hand/intended_motion.h"
+
 namespace haptic {
 namespace {
 
@@ -25,12 +27,6 @@ struct Swing {
   void include(double x) { low = std::min(low, x), high = std::max(high, x); }
   double size() const { return high > low ? high - low : 0; }
 };
-
-/// Minimum jerk, from 0 to 1.
-double eased(double s) {
-  const double x = std::clamp(s, 0.0, 1.0);
-  return x * x * x * (10 + x * (6 * x - 15));
-}
 
 /// The stiffness of the coupling and the hand together.
 double whole_stiffness(const ProbeSetting& setting) {
@@ -65,7 +61,7 @@ Ringing ring(const ProbeScene& scene, const ProbeSetting& setting) {
   Swing early, late;
   for (int64_t tick = 0; tick < end; ++tick) {
     const double t = static_cast<double>(tick) / setting.rate;
-    hand.push_B = {{0, 0, -kPress * eased(t / kRise)}, {}};
+    hand.push_B = {{0, 0, -kPress * minimum_jerk(std::min(t / kRise, 1.0), 1).s}, {}};
     if (tick == knock_at) {
       hand.push_B =
           hand.push_B +

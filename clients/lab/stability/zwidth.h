@@ -5,7 +5,7 @@
 
 namespace haptic {
 
-/// What a handle does in a wall after a small knock.
+/// The oscillation of a handle in a wall after a small knock.
 struct Ringing {
   double rest = 0;   // how deep the press would be at rest, in the coupling [m or rad]
   double early = 0;  // peak to peak between 1 and 2 s after the knock [m or rad]
@@ -22,7 +22,7 @@ inline constexpr double kRinging = 5;
 /// knock turns it by a fifth of what tips the cube over.
 Ringing ring(const ProbeScene& scene, const ProbeSetting& setting);
 
-/// Whether the oscillation dies out. It is sustained where it has, in the last second,
+/// True if the oscillation dies out. It is sustained where it has, in the last second,
 ///  - more than half of the amplitude at which contact is lost, or
 ///  - more than three steps of the encoder or a tenth of the press (without an encoder: a
 ///  thousandth

@@ -90,7 +90,7 @@ Series curve(const ProbeScene& scene, ProbeSetting setting, const std::vector<do
   return out;
 }
 
-std::vector<Row> rows_of_zwidth(const ZwidthOptions& options) {
+void eval_zwidth(const ZwidthOptions& options, const Rows& all) {
   const AxisOptions& axis = options.axis;
   ProbeSetting setting = setting_of(axis);
   setting.is_controlled = options.is_controlled;
@@ -100,7 +100,6 @@ std::vector<Row> rows_of_zwidth(const ZwidthOptions& options) {
   const ProbeScene scene(axis.turning);
   const AxisUnits units = units_of(axis.turning);
 
-  std::vector<Row> rows;
   std::vector<Panel> panels;
   Progress progress("stiffness by bisection",
                     static_cast<double>(holders.size() * dampings.size() * options.delays.size()));
@@ -110,9 +109,8 @@ std::vector<Row> rows_of_zwidth(const ZwidthOptions& options) {
     for (const Holder& holder : holders) {
       ProbeSetting held = setting;
       if (holder.impedance != nullptr) put_into_hand(*holder.impedance, held.hand);
-      Rows of_it(name_of(holder, delay));
-      panel.series.push_back(curve(scene, held, dampings, holder.name, of_it, progress));
-      rows.insert(rows.end(), of_it.rows().begin(), of_it.rows().end());
+      Rows rows = all.of(name_of(holder, delay));
+      panel.series.push_back(curve(scene, held, dampings, holder.name, rows, progress));
     }
     panels.push_back(panel);
   }
@@ -120,7 +118,6 @@ std::vector<Row> rows_of_zwidth(const ZwidthOptions& options) {
     write_svg(axis.output, "largest stable stiffness, " + axis.config, panels,
               {"damping of the coupling [" + std::string(units.damping) + "]"});
   }
-  return rows;
 }
 
 Measured prepare_zwidth(Command& command) {
@@ -140,15 +137,14 @@ Measured prepare_zwidth(Command& command) {
   command.flag("--with-controller", options->is_controlled,
                "with the passivity controller, else the coupling alone");
   add_axis_options(command, options->axis);
-  return [options] { return rows_of_zwidth(*options); };
+  return measured(eval_zwidth, options);
 }
 
 }  // namespace
 
 void add_zwidth_command(Command& app) {
-  Command command = add_elsewhere(app, "zwidth");
-  measure_by(command, prepare_zwidth);
-  command.example("hapt zwidth --config plane.toml --hand none typical --delay 0 1 -o zwidth.svg");
+  measure_by(add_elsewhere(app, "zwidth"), prepare_zwidth,
+             "hapt zwidth --config plane.toml --hand none typical --delay 0 1 -o zwidth.svg");
 }
 
 }  // namespace haptic

@@ -9,11 +9,15 @@
 
 namespace haptic {
 
-/// Result of cyclictest (Debian rt-tests), the usual tool for wake-up latency.
-struct CyclictestRun {
-  Histogram late;  // [ns]; longer than 1 ms is stored as just above 1 ms
-  uint64_t over_100us = 0;
-  uint64_t over_1ms = 0;
+/// How late the wakes of a loop are.
+struct Lateness {
+  Histogram late;  // [ns]
+  uint64_t over_100us = 0, over_1ms = 0;
+};
+
+/// Result of cyclictest (Debian rt-tests), the usual tool for wake-up latency; what is later than
+/// 1 ms is stored as just above it.
+struct CyclictestRun : Lateness {
   std::string problem;  // why there are no figures; empty if there are
 };
 

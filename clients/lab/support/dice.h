@@ -34,7 +34,7 @@ class Dice {
   double uniform(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(engine_);
   }
-  /// Of a normal distribution along each axis, normalised.
+  /// A direction uniform on the sphere: a normal distribution along each axis, normalised.
   Vec3 direction() {
     std::normal_distribution<double> normal;
     return normalized(Vec3{normal(engine_), normal(engine_), normal(engine_)});
@@ -44,7 +44,8 @@ class Dice {
   std::mt19937_64 engine_;
 };
 
-/// A direction by rejection from a ball, as each of them makes uniform numbers.
+/// A direction uniform on the sphere by rejection from a ball, from the uniform numbers of any of
+/// the generators above.
 Vec3 direction_in_ball(auto& random) {
   for (;;) {
     const Vec3 v{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};

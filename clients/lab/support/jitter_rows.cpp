@@ -2,6 +2,7 @@
 #include "clients/lab/support/jitter_rows.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "clients/report/median.h"
@@ -13,6 +14,10 @@ constexpr double kGoalP50 = 1.25, kGoalP99 = 2;  // ratio to cyclictest, at most
 constexpr double kGoalShared = 0.9;              // share of late wakes, at least
 constexpr double kGoalHybridP99 = 1e-6;          // [s]; the hybrid clock spins before a deadline
 constexpr const char* kPeer = "cyclictest";
+constexpr std::array<std::pair<const char*, uint64_t Lateness::*>, 3> kCounts{
+    {{"wakes", nullptr},
+     {"wakes later than 100 µs", &Lateness::over_100us},
+     {"wakes later than 1 ms", &Lateness::over_1ms}}};
 
 double seconds_at(const Histogram& late, double percent) {
   return 1e-9 * static_cast<double>(late.percentile(percent));
@@ -26,10 +31,10 @@ double median_of(const std::vector<JitterRound>& rounds, Figure figure) {
   return median(values);
 }
 
-template <typename Count>
-double sum_of(const std::vector<JitterRound>& rounds, Count count) {
+/// The sum over runs of a count, or of all wakes.
+double sum_of(const std::vector<const Lateness*>& runs, uint64_t Lateness::*count) {
   uint64_t sum = 0;
-  for (const JitterRound& round : rounds) sum += count(round);
+  for (const Lateness* run : runs) sum += count == nullptr ? run->late.count() : run->*count;
   return static_cast<double>(sum);
 }
 
@@ -66,10 +71,10 @@ void add_witness_rows(Rows& rows, const std::vector<JitterRound>& rounds) {
 
 }  // namespace
 
-Rows make_jitter_rows(const std::vector<JitterRound>& rounds) {
+void add_jitter_rows(const std::vector<JitterRound>& rounds, const Rows& all) {
   const std::string peer_problem = peer_problem_of(rounds);
   const RealtimeReport& rights = rounds.front().sleep.servo.rights;
-  Rows rows("jitter", rights.fifo_errno == 0);
+  Rows rows = all.of("jitter", rights.fifo_errno == 0);
   const bool has_peer = peer_problem.empty();
   rows.note("machine", machine_line());
   rows.note("rights", rights.explain());
@@ -77,20 +82,15 @@ Rows make_jitter_rows(const std::vector<JitterRound>& rounds) {
 
   add_percentile(rows, rounds, 50, kGoalP50, has_peer);
   add_percentile(rows, rounds, 99, kGoalP99, has_peer);
-  const auto pooled = [&](const std::string& metric, auto own, auto peer) {
-    std::optional<double> peer_sum;
-    if (has_peer) peer_sum = sum_of(rounds, peer);
-    rows.add_beside(metric, sum_of(rounds, own), "", kPeer, peer_sum);
-  };
-  pooled(
-      "wakes", [](const JitterRound& r) { return r.sleep.servo.late.count(); },
-      [](const JitterRound& r) { return r.peer.late.count(); });
-  pooled(
-      "wakes later than 100 µs", [](const JitterRound& r) { return r.sleep.servo.over_100us; },
-      [](const JitterRound& r) { return r.peer.over_100us; });
-  pooled(
-      "wakes later than 1 ms", [](const JitterRound& r) { return r.sleep.servo.over_1ms; },
-      [](const JitterRound& r) { return r.peer.over_1ms; });
+  std::vector<const Lateness*> servo, peer, hybrid;
+  for (const JitterRound& round : rounds) {
+    servo.push_back(&round.sleep.servo), peer.push_back(&round.peer);
+    hybrid.push_back(&round.hybrid);
+  }
+  for (const auto& [metric, count] : kCounts) {
+    rows.add_beside(metric, sum_of(servo, count), "", kPeer,
+                    has_peer ? std::optional(sum_of(peer, count)) : std::nullopt);
+  }
   add_witness_rows(rows, rounds);
 
   const double hybrid_p99 =
@@ -99,11 +99,8 @@ Rows make_jitter_rows(const std::vector<JitterRound>& rounds) {
       {{"hybrid: wake p50, median of the pairs",
         median_of(rounds, [](const JitterRound& r) { return seconds_at(r.hybrid.late, 50); }), "s"},
        {"hybrid: wake p99, median of the pairs", hybrid_p99, "s", at_most(kGoalHybridP99)},
-       {"hybrid: wakes later than 100 µs",
-        sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_100us; })},
-       {"hybrid: wakes later than 1 ms",
-        sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_1ms; })}});
-  return rows;
+       {"hybrid: wakes later than 100 µs", sum_of(hybrid, &Lateness::over_100us)},
+       {"hybrid: wakes later than 1 ms", sum_of(hybrid, &Lateness::over_1ms)}});
 }
 
 std::string peer_problem_of(const std::vector<JitterRound>& rounds) {

@@ -22,6 +22,6 @@ std::string peer_problem_of(const std::vector<JitterRound>& rounds);
 
 /// The output of `hapt bench jitter`. Goals apply only if SCHED_FIFO was granted, those against
 /// cyclictest only if it gave figures. Needs at least one round.
-Rows make_jitter_rows(const std::vector<JitterRound>& rounds);
+void add_jitter_rows(const std::vector<JitterRound>& rounds, const Rows& all);
 
 }  // namespace haptic

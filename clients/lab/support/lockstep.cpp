@@ -99,10 +99,6 @@ void Lockstep::answer(const ServoFrame& question, uint64_t visible_at) {
   pending_.push_back({visible_at, std::move(set)});
 }
 
-void Lockstep::kill_sim() {
-  has_sim_ = false;
-}
-
 void Lockstep::restart_sim(uint64_t mapped_after) {
   const SceneFrame& last = scenes_.empty() ? *scene_ : *scenes_.back().scene;
   sim_state_ = {};

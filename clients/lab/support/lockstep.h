@@ -29,17 +29,13 @@ class Lockstep {
   Lockstep(const SessionConfig& config, const ContactShapes& shapes, Device& device,
            const LockstepOptions& options = {});
 
-  /// Sim makes no scenes from here on, as after kill -9; restart_sim() begins it anew from the last
-  /// scene that was published.
-  void kill_sim();
-  /// The servo sees its scenes after so many ticks more, as while it maps a new segment.
-  void restart_sim(uint64_t mapped_after = 0);
-  /// Likewise as after SIGSTOP and SIGCONT: it goes on with what it knew.
+  /// Sim makes no scenes from here on, as after SIGSTOP or kill -9. It goes on with what it knew,
+  /// or begins anew from the last scene that was published; then the servo sees its scenes after so
+  /// many ticks more, as while it maps a new segment.
   void stop_sim() { has_sim_ = false; }
   void continue_sim() { has_sim_ = true; }
-  /// Likewise contact: it answers nothing until it begins anew, and knows nothing then.
-  void kill_contact() { has_contact_ = false; }
-  /// Likewise as after SIGSTOP and SIGCONT: it goes on with what it knew.
+  void restart_sim(uint64_t mapped_after = 0);
+  /// Contact answers nothing from here on, until it goes on with what it knew or begins anew.
   void stop_contact() { has_contact_ = false; }
   void continue_contact() { has_contact_ = true; }
   void restart_contact();

@@ -9,19 +9,22 @@
 
 namespace haptic {
 
-void measure_by(Command& command, Prepare* prepare) {
+void measure_by(Command command, Prepare* prepare, const std::string& example) {
   const auto json = std::make_shared<bool>(false);
   const Measured measured = prepare(command);
   add_json(command, *json);
+  command.example(example);
   command.action([json, measured] {
-    const Report report = measured();
+    Report report;
+    measured(report);
+    const std::vector<Row>& rows = report.rows.rows();
     if (*json) {
-      print_json(std::cout, report.rows);
+      print_json(std::cout, rows);
     } else {
-      report.print ? report.print(std::cout) : print_table(std::cout, report.rows);
+      report.print ? report.print(std::cout) : print_table(std::cout, rows);
     }
     std::cout.flush();
-    if (!all_hold(report.rows)) throw ExitCode{1};
+    if (!all_hold(rows)) throw ExitCode{1};
   });
 }
 
@@ -30,15 +33,17 @@ void add_measurements(Command& command, const std::string& full_name,
   for (const Measurement& row : table) {
     std::string name = row.name;
     std::ranges::replace(name, '_', '-');
-    Command of_it = command.subcommand(name, row.help);
-    measure_by(of_it, row.prepare);
-    of_it.example(full_name + " " + name + " --json");
+    measure_by(command.subcommand(name, row.help), row.prepare, full_name + " " + name + " --json");
   }
 }
 
-Option add_rounds(Command& command, int& rounds, const std::string& help) {
-  constexpr int kMost = 1000;
-  return command.option("--rounds", rounds, help).range(1, kMost).show_default();
+void add_counts(Command& command, std::initializer_list<Count> counts) {
+  for (const Count& count : counts) {
+    const auto add = [&](auto* number) {
+      command.option(count.name, *number, count.help).range(count.low, count.high).show_default();
+    };
+    std::visit(add, count.value);
+  }
 }
 
 }  // namespace haptic

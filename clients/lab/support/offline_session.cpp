@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "clients/hapt/options.h"
+#include "clients/report/formatted.h"
 #include "proto/config/devices.h"
 #include "proto/os/session_file.h"
 
@@ -26,15 +27,10 @@ SessionConfig OfflineSession::load() const {
 }
 
 void add_lockstep(Command& command, LockstepOptions& lockstep) {
-  command
-      .option("--contact-period", lockstep.contact_period, "servo ticks between two contact steps")
-      .range(1, 1000)
-      .show_default();
-  command
-      .option("--contact-latency", lockstep.contact_latency,
-              "ticks until an answer is visible; 0: within the tick")
-      .range(0, 1000)
-      .show_default();
+  add_counts(command, {{"--contact-period", &lockstep.contact_period,
+                        "servo ticks between two contact steps", 1, 1000},
+                       {"--contact-latency", &lockstep.contact_latency,
+                        "ticks until an answer is visible; 0: within the tick", 0, 1000}});
 }
 
 void add_offline_session(Command& command, OfflineSession& session) {
@@ -64,9 +60,7 @@ PlayedSession::PlayedSession(const SessionConfig& config, const LockstepOptions&
       lockstep(config, shapes, *hand, options) {}
 
 std::string in_hex(uint64_t hash) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
-  return text;
+  return formatted("%016llx", static_cast<unsigned long long>(hash));
 }
 
 }  // namespace haptic

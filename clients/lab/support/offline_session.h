@@ -30,7 +30,7 @@ void add_lockstep(Command& command, LockstepOptions& lockstep);
 /// "contact every tick, one tick late".
 std::string pace_of(const LockstepOptions& lockstep);
 
-/// How many ticks a hand plays: all of a recording, the given time of any other.
+/// The number of ticks a hand plays: all of a recording, the given time of any other.
 uint64_t ticks_of(const SessionConfig& config, double seconds);
 
 /// A session in lockstep with its own hand, baked shapes and all. Throws MeshError.

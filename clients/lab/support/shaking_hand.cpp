@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/support/shaking_hand.h"
-#include "proto/math/units.h"
 
 #include <algorithm>
 #include <cmath>
-#include <random>
+
+#include "clients/lab/support/dice.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
@@ -16,17 +17,14 @@ constexpr int kSpeedTicks = 60'000;  // ticks over which the top speed is measur
 
 ShakingHand::ShakingHand(const Pose& home, const Shaking& shaking, uint64_t seed) : home_(home) {
   home_.p += shaking.press;
-  std::mt19937_64 random(seed);
-  const auto uniform = [&](double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-  };
+  Dice dice(seed);
   for (size_t axis = 0; axis < 6; ++axis) {
     const auto i = static_cast<int>(axis % 3);
     const double most = axis < 3 ? shaking.way[i] : shaking.turn[i];
     for (Sine& s : sines_[axis]) {
       s.amplitude = most / kSines;
-      s.rate = 2 * kPi * uniform(0.5, 8);
-      s.phase = uniform(0, 2 * kPi);
+      s.rate = 2 * kPi * dice.uniform(0.5, 8);
+      s.phase = dice.uniform(0, 2 * kPi);
     }
   }
   for (int k = 0; k < kSpeedTicks; ++k) {

@@ -5,7 +5,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 
 #include "proto/math/units.h"
 #include "proto/os/regular_file.h"
@@ -74,17 +73,6 @@ std::vector<TrajSample> read_traj(const std::string& path) {
   const std::string problem = read_regular_file(path, kMostText, text);
   if (!problem.empty()) throw TrajError(path + ": " + problem + "; give a file of samples");
   return parse_traj(text, path);
-}
-
-std::string write_traj(const std::vector<TrajSample>& samples) {
-  std::string text = "# t[s] x y z[m] fx fy fz[N]\n";
-  for (const TrajSample& s : samples) {
-    char row[256];
-    std::snprintf(row, sizeof row, "%.17g %.17g %.17g %.17g %.17g %.17g %.17g\n", s.t, s.p_O.x,
-                  s.p_O.y, s.p_O.z, s.force_O.x, s.force_O.y, s.force_O.z);
-    text += row;
-  }
-  return text;
 }
 
 std::vector<TrajSample> at_one_kilohertz(const std::vector<TrajSample>& samples) {

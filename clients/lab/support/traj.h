@@ -31,9 +31,6 @@ std::vector<TrajSample> parse_traj(std::string_view text, const std::string& ori
 /// Reads such a file. Throws TrajError.
 std::vector<TrajSample> read_traj(const std::string& path);
 
-/// Writes the same text form, seven numbers with all their digits.
-std::string write_traj(const std::vector<TrajSample>& samples);
-
 /// Resampled to one sample per millisecond; forces and positions are interpolated linearly.
 std::vector<TrajSample> at_one_kilohertz(const std::vector<TrajSample>& samples);
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/support/wake_lateness.h"
-#include "proto/math/units.h"
 
 #include <pthread.h>
 #include <sched.h>
@@ -9,10 +8,12 @@
 #include <atomic>
 #include <thread>
 
+#include "proto/math/units.h"
+#include "proto/os/priorities.h"
+
 namespace haptic {
 namespace {
 
-constexpr int kServoPriority = 80;          // SCHED_FIFO, as haptic-servo
 constexpr size_t kMaxLateWakes = 65'536;    // capacity of late_wakes
 constexpr int64_t kLeadTimeNs = 5'000'000;  // from ready to the first tick
 constexpr int64_t kLookNs = 100'000;        // polling period until both are ready

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "clients/library/histogram.h"
+#include "clients/lab/support/cyclictest.h"
 #include "proto/os/realtime.h"
 
-/// How late a loop on the deadline clock wakes, and whether the machine caused it.
+/// Measures how late a loop on the deadline clock wakes, and finds out if the machine caused it.
 namespace haptic {
 
 struct LateWake {
@@ -21,11 +21,8 @@ inline constexpr int64_t kMustBeSharedNs = 200'000;
 inline constexpr int64_t kWitnessLateNs = 100'000;
 inline constexpr int64_t kWitnessPhaseNs = 30'000;  // [ns]
 
-struct WakeRun {
-  Histogram late;
+struct WakeRun : Lateness {
   uint64_t skipped = 0;
-  uint64_t over_100us = 0;
-  uint64_t over_1ms = 0;
   std::vector<LateWake> late_wakes;  // later than kWitnessLateNs; the first 65,536
   int64_t start_ns = 0;              // grid point 0
   RealtimeReport rights;

@@ -195,11 +195,11 @@ double seconds(int64_t ns) {
 
 /// The results as rows: one case per kind, and the totals.
 std::vector<Row> make_rows(const TortureCommand& options, const Result& result) {
-  std::vector<Row> all;
+  const Rows all;
   for (const FaultInfo& info : all_faults()) {
     if (info.is_of_six && !options.six) continue;
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
-    Rows rows{std::string(info.name)};
+    Rows rows = all.of(std::string(info.name));
     rows.add(
         {{"faults", tally.count}, {"faults with violations", tally.violated, "", kMustBeZero}});
     if (tally.worst_zero_ns) rows.add("worst time to zero", seconds(*tally.worst_zero_ns), "s");
@@ -210,11 +210,10 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
       rows.add("commands excused by the machine", tally.excused);
     }
     if (!tally.left_out.empty()) rows.note("LEFT OUT", tally.left_out);
-    all.insert(all.end(), rows.rows().begin(), rows.rows().end());
   }
   const double per_minute = options.bodies ? kFaultsWithBodies : kFaultsPerMinute;
   const double goal = std::floor(per_minute * options.minutes());
-  Rows totals = machine_rows("torture");
+  Rows totals = all.machine("torture");
   totals.add({{"faults", static_cast<double>(result.faults), "",
                given(goal, result.interrupted || static_cast<double>(result.faults) >= goal)},
               {"faults with violations", result.violations, "", kMustBeZero},
@@ -229,8 +228,7 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
   for (const std::string& why : s.unreadable) {
     totals.add("a recording cannot be read: " + why, 1, "", 0, false);
   }
-  all.insert(all.end(), totals.rows().begin(), totals.rows().end());
-  return all;
+  return all.rows();
 }
 
 std::string cell(const std::optional<int64_t>& ns) {
@@ -239,24 +237,17 @@ std::string cell(const std::optional<int64_t>& ns) {
 
 /// The documented effect of a kind of fault, in words.
 std::string stated(const FaultInfo& info) {
-  const std::string whole =
-      info.goal_ns == 0 ? "" : "whole in " + readable(seconds(info.goal_ns), "s");
-  switch (info.effect) {
-    case Effect::kLies:
-      return "within limits, no fast rise";
-    case Effect::kLimits:
-      return "within limits";
-    case Effect::kNothing:
-      return "nothing changes" + (whole.empty() ? "" : ", " + whole);
-    case Effect::kFade:
-      return "zero in 150 ms" + (whole.empty() ? "" : ", " + whole);
-    case Effect::kZero:
-      return "zero in " + readable(seconds(info.zero_ns), "s") +
-             (whole.empty() ? "" : ", " + whole);
-    case Effect::kSilence:
-      break;
-  }
-  return "zero first on return";
+  // in the order of Effect
+  constexpr std::array kWords{"within limits, no fast rise",
+                              "within limits",
+                              "nothing changes",
+                              "zero in 150 ms",
+                              "zero in ",
+                              "zero first on return"};
+  std::string text = kWords[static_cast<size_t>(info.effect)];
+  if (info.effect == Effect::kZero) text += readable(seconds(info.zero_ns), "s");
+  if (info.goal_ns != 0) text += ", whole in " + readable(seconds(info.goal_ns), "s");
+  return text;
 }
 
 void print_kinds(const Result& result, bool six) {

@@ -20,7 +20,7 @@ enum class FaultKind {
 #include "clients/lab/torture/faults.def"
 };
 
-/// What a fault is inflicted by; the seed of `random` determines the durations of stops.
+/// The session that faults are inflicted on, and the random numbers that set how long stops last.
 struct Torturer {
   TortureSession& session;
   std::mt19937_64 random;
@@ -44,7 +44,7 @@ struct Inflicted {
   std::string left_out = {};  // why it was not injected; empty if it was
 };
 
-/// Properties of a kind of fault, and what does it.
+/// Properties of a kind of fault, and the function that inflicts it.
 struct FaultInfo {
   FaultKind kind;
   std::string_view name;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "clients/report/formatted.h"
 #include "proto/math/units.h"
 #include "proto/os/realtime.h"
 
@@ -23,14 +24,12 @@ constexpr int64_t kCalmNs = 600 * kMs;        // in which a body that is still h
 std::string in_words(Part part, const ForceViolation& v, int64_t begin_ns,
                      std::span<const Stall> stalls) {
   const auto ms = [](int64_t ns) { return 1e-6 * static_cast<double>(ns); };
-  char text[224];
-  std::snprintf(text, sizeof text,
-                "%s: %.4f %s after %.1f ms, %.4f allowed (in the %.0f ms before, the machine stood "
-                "still for %.1f ms)",
-                std::string(name_of(v.breach)).c_str(), v.force, part == Part::kForce ? "N" : "N·m",
-                ms(v.t_ns - begin_ns), v.allowed, ms(kJustBeforeNs),
-                ms(held_up(stalls, v.t_ns - kJustBeforeNs, v.t_ns)));
-  return text;
+  return formatted(
+      "%s: %.4f %s after %.1f ms, %.4f allowed (in the %.0f ms before, the machine stood still for "
+      "%.1f ms)",
+      std::string(name_of(v.breach)).c_str(), v.force, part == Part::kForce ? "N" : "N·m",
+      ms(v.t_ns - begin_ns), v.allowed, ms(kJustBeforeNs),
+      ms(held_up(stalls, v.t_ns - kJustBeforeNs, v.t_ns)));
 }
 
 }  // namespace
@@ -92,7 +91,7 @@ void FaultInjector::judge(const FaultInfo& info, const Inflicted& done, FaultOut
   }
 }
 
-/// Where there are bodies the hand holds one in every other turn, and presses it in between.
+/// In a session with bodies the hand holds one in every other turn and presses it in between.
 void FaultInjector::change_hands(FaultOutcome& outcome) {
   if (!session_.has_bodies() || n_faults_++ % kFaultsPerTurn != 0) return;
   const bool takes = n_faults_ / kFaultsPerTurn % 2 == 0;

@@ -337,20 +337,11 @@ ForceVerdict judge_force(const ForceRules& rules, std::span<const EmulatorRecord
   Findings found;
   judge_complete(rules, records, found);
   judge_always(rules, all, fault, found);
-  switch (fault.effect) {
-    case Effect::kLies:
-    case Effect::kLimits:
-      break;
-    case Effect::kNothing:
-      judge_unchanged(rules, all, fault, found);
-      break;
-    case Effect::kFade:
-      judge_fade(rules, all, fault, found);
-      break;
-    case Effect::kZero:
-    case Effect::kSilence:
-      judge_zero(rules, all, fault, found);
-      break;
+  // in the order of Effect; lies and limits are judged as always
+  constexpr std::array<decltype(&judge_zero), 6> kJudges{nullptr,    nullptr,    judge_unchanged,
+                                                         judge_fade, judge_zero, judge_zero};
+  if (const auto judge = kJudges[static_cast<size_t>(fault.effect)]) {
+    judge(rules, all, fault, found);
   }
   const std::span<const Command> judged = all;
   const auto after = std::find_if(judged.begin(), judged.end(),

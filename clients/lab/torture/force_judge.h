@@ -108,7 +108,7 @@ struct ForceVerdict {
 /// without z [rad].
 Vec3 tilt_of(const Quat& q_BT);
 
-/// Whether a command equals the spring at the depth known to the server, within the passivity
+/// True if a command equals the spring at the depth known to the server, within the passivity
 /// controller's damping at `speed` [m/s or rad/s] and the step of the currents.
 bool is_wall(const ForceRules& rules, const EmulatorRecord& command, double speed);
 
@@ -127,7 +127,7 @@ std::optional<int64_t> whole_again(const ForceRules& rules, std::span<const Emul
 /// gap is its own delay.
 std::vector<Stall> emulator_stalls(std::span<const EmulatorRecord> records);
 
-/// Those that end later than `since_ns`, in order and without overlap.
+/// The stalls that end later than `since_ns`, in order and without overlap.
 std::vector<Stall> stalls_since(std::vector<Stall> stalls, int64_t since_ns);
 
 /// The union of two lists of stalls, in order of time and without overlap.

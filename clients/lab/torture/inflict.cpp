@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What does each fault, and the table of them.
+// The functions that inflict the faults, and the table of all faults.
 #include <algorithm>
 #include <array>
 #include <csignal>
@@ -50,7 +50,7 @@ void end(Inflicted& done) {
   done.over_ns = done.whole_from_ns = done.recovery_from_ns = now_ns();
 }
 
-/// Where nothing may change throughout.
+/// Ends a fault during which no command may change.
 void end_without_effect(Inflicted& done) {
   done.over_ns = now_ns();
   done.whole_from_ns = done.begin_ns;
@@ -260,7 +260,7 @@ Inflicted fell_servo(Torturer& t) {
   return done;
 }
 
-/// Whether the firmware's watchdog has switched the motors off since then.
+/// True if the firmware's watchdog has switched the motors off since then.
 bool has_let_go(const TortureSession& session, int64_t since_ns) {
   return std::ranges::any_of(session.records(), [&](const EmulatorRecord& r) {
     return r.t_ns > since_ns && r.event == EmulatorEvent::kWatchdog;

@@ -57,7 +57,7 @@ constexpr int64_t kTakenNs = 1500 * kMs;  // from then on, until the block hangs
 constexpr size_t kCalm = 100;             // commands without a swing, whose period is 89 ms
 const std::vector<std::string> kTakingHand{"--grasp", "-3 mm", "6 mm"};
 
-/// And one that twists, by 1.5 degrees to either side.
+/// With --six the hand also twists, by 1.5 degrees to either side.
 const std::vector<std::string> kTwistingHand{
     "--six", "--turn-angle", "1.5 deg", "--turn-axis", "0", "1", "0"};
 

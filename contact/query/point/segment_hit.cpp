@@ -40,14 +40,7 @@ struct Search {
   uint32_t known = kNoFace;  // the triangle of the witness, already tested
   size_t slot = 0;           // hint for the next cell
 
-  void test(uint32_t triangle) {
-    const auto& [a, b, c] = shape.mesh.triangles[triangle];
-    const auto& vertices = shape.mesh.vertices;
-    double t = 0;
-    if (!view.enters(vertices[a], vertices[b], vertices[c], t)) return;
-    if (best.hit && (t > best.t || (t == best.t && triangle >= best.triangle))) return;
-    best = {true, t, triangle};
-  }
+  void test(uint32_t triangle) { view.test(shape.mesh, triangle, best); }
 
   /// Tests the triangles of the cells along the segment, up to the first hit.
   void walk_cells(CellWalk& walk) {

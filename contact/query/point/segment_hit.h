@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "contact/query/point/segment_entry.h"
 #include "contact/shape/baked/mesh_shape.h"
 
 namespace haptic {
-
-struct SegmentHit {
-  bool hit = false;
-  double t = 1;  // fraction of the way from → to, in [0, 1]
-  uint32_t triangle = 0;
-};
 
 /// Result of the previous query, tested first (warm start). Only a hint: harmless if wrong, stale
 /// or of another mesh.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/query/point/segment_entry.h"
 #include "contact/query/simd/lanes.h"
 #include "contact/shape/tree/obb_tree.h"
 #include "proto/math/assert.h"
@@ -47,6 +48,15 @@ class SegmentView {
     if ((u > 0) | (v > 0) | (w > 0) | (area == 0)) return false;
     t = (u * (a.z * t_per_z_) + v * (b.z * t_per_z_) + w * (c.z * t_per_z_)) / area;
     return t >= 0 && t <= 1;
+  }
+
+  /// Takes the triangle where the segment enters it before `best`; ties go to the lower index.
+  void test(const TriangleMesh& mesh, uint32_t triangle, SegmentHit& best) const {
+    const auto& [a, b, c] = mesh.triangles[triangle];
+    double t = 0;
+    if (!enters(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], t)) return;
+    if (best.hit && (t > best.t || (t == best.t && triangle >= best.triangle))) return;
+    best = {true, t, triangle};
   }
 
  private:

@@ -10,7 +10,7 @@ namespace haptic {
 /// FCL's elementary queries (detail::Intersect): roots of the cubic by bisection or by Newton's
 /// method. Empty: no contact.
 std::optional<double> meeting_by_fcl(const CcdQuery& query, bool newton);
-/// Whether this was built with FCL.
+/// True if this was built with FCL.
 bool has_fcl_features();
 
 }  // namespace haptic

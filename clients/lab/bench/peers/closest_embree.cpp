@@ -63,13 +63,9 @@ class Scene {
   explicit Scene(const TriangleMesh& mesh) : mesh_(mesh), scene_(mesh) {}
 
   Query ask(const Vec3& p_O, float radius) const {
-    Query query;
-    query.mesh = &mesh_, query.p_O = p_O;
-    RTCPointQuery ball{};
-    ball.x = static_cast<float>(p_O.x);
-    ball.y = static_cast<float>(p_O.y);
-    ball.z = static_cast<float>(p_O.z);
-    ball.radius = radius;
+    Query query{.mesh = &mesh_, .p_O = p_O, .point_O = {}};
+    RTCPointQuery ball{static_cast<float>(p_O.x), static_cast<float>(p_O.y),
+                       static_cast<float>(p_O.z), 0, radius};
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(scene_.get(), &ball, &context, visit, &query);

@@ -4,6 +4,8 @@
 #include <CGAL/Gmpzf.h>
 #include <CGAL/QP_functions.h>
 #include <CGAL/QP_models.h>
+
+#include <memory>
 #ifdef HAPTICD_BULLET
 #include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
 #endif
@@ -36,10 +38,9 @@ Twist cgal_least_constraint(const Mat6& M, const Twist& a_u, std::span<const Mot
 namespace {
 
 #ifdef HAPTICD_BULLET
-class BulletDantzig : public DantzigPeer {
+class BulletDantzig {
  public:
-  bool solve(std::span<const double> A, std::span<const double> b,
-             std::vector<double>& f) override {
+  bool operator()(std::span<const double> A, std::span<const double> b, std::vector<double>& f) {
     const auto n = static_cast<int>(b.size());
     A_.resize(n, n);
     b_.resize(n), f_.resize(n), low_.resize(n), high_.resize(n), dependency_.resize(n);
@@ -69,11 +70,13 @@ class BulletDantzig : public DantzigPeer {
 
 }  // namespace
 
-std::unique_ptr<DantzigPeer> make_bullet_dantzig() {
+DantzigPeer make_bullet_dantzig() {
 #ifdef HAPTICD_BULLET
-  return std::make_unique<BulletDantzig>();
+  return [solver = std::make_shared<BulletDantzig>()](auto A, auto b, auto& f) {
+    return (*solver)(A, b, f);
+  };
 #else
-  return nullptr;
+  return {};
 #endif
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <memory>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -12,16 +12,12 @@ namespace haptic {
 /// CGAL's exact quadratic program solver, on the problem of least_constraint.
 Twist cgal_least_constraint(const Mat6& M, const Twist& a_u, std::span<const MotionRow> rows);
 
-/// Bullet's Dantzig pivoting on f ≥ 0, A f + b ≥ 0, complementary.
-class DantzigPeer {
- public:
-  virtual ~DantzigPeer() = default;
-  /// A is stored by rows. False if it reports failure.
-  virtual bool solve(std::span<const double> A, std::span<const double> b,
-                     std::vector<double>& f) = 0;
-};
+/// Bullet's Dantzig pivoting on f ≥ 0, A f + b ≥ 0, complementary; A is stored by rows. False if it
+/// reports failure.
+using DantzigPeer = std::function<bool(std::span<const double> A, std::span<const double> b,
+                                       std::vector<double>& f)>;
 
-/// Null if built without Bullet.
-std::unique_ptr<DantzigPeer> make_bullet_dantzig();
+/// Empty if built without Bullet.
+DantzigPeer make_bullet_dantzig();
 
 }  // namespace haptic

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/bench/peers/segment.h"
 
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Simple_cartesian.h>
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 
 #include "clients/lab/bench/peers/embree_scene.h"
+#include "clients/lab/support/triangles_cgal.h"
 
 #ifdef HAPTICD_BULLET
 #include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
@@ -20,11 +19,11 @@ namespace haptic {
 namespace {
 
 #ifdef HAPTICD_EMBREE
-class EmbreePeer : public SegmentPeer {
+class EmbreePeer {
  public:
   explicit EmbreePeer(const TriangleMesh& mesh) : scene_(mesh) {}
 
-  double first_hit(const Vec3& from_O, const Vec3& to_O) override {
+  double operator()(const Vec3& from_O, const Vec3& to_O) {
     const Vec3 d_O = to_O - from_O;
     RTCRayHit query{};
     query.ray.org_x = static_cast<float>(from_O.x);
@@ -47,26 +46,15 @@ class EmbreePeer : public SegmentPeer {
 };
 #endif
 
-class CgalPeer : public SegmentPeer {
+class CgalPeer {
  public:
-  explicit CgalPeer(const TriangleMesh& mesh) {
-    const auto point = [&](uint32_t i) {
-      const Vec3& v = mesh.vertices[i];
-      return Kernel::Point_3(v.x, v.y, v.z);
-    };
-    triangles_.reserve(mesh.triangles.size());
-    for (const auto& [a, b, c] : mesh.triangles) {
-      triangles_.emplace_back(point(a), point(b), point(c));
-    }
-    tree_.insert(triangles_.begin(), triangles_.end());
-    tree_.build();
-  }
+  explicit CgalPeer(const TriangleMesh& mesh) : mesh_(mesh.vertices, mesh.triangles) {}
 
-  double first_hit(const Vec3& from_O, const Vec3& to_O) override {
+  double operator()(const Vec3& from_O, const Vec3& to_O) {
     const Kernel::Point_3 from(from_O.x, from_O.y, from_O.z);
     const Kernel::Segment_3 segment(from, {to_O.x, to_O.y, to_O.z});
     found_.clear();
-    tree_.all_intersections(segment, std::back_inserter(found_));
+    mesh_.tree.all_intersections(segment, std::back_inserter(found_));
     double best = std::numeric_limits<double>::infinity();
     for (const Found& found : found_) {
       if (const auto* p = boost::get<Kernel::Point_3>(&found.first)) {
@@ -81,18 +69,14 @@ class CgalPeer : public SegmentPeer {
 
  private:
   using Kernel = CGAL::Simple_cartesian<double>;
-  using Triangles = std::vector<Kernel::Triangle_3>;
-  using Tree = CGAL::AABB_tree<
-      CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Triangles::iterator>>>;
-  using Found = Tree::Intersection_and_primitive_id<Kernel::Segment_3>::Type;
+  using Found = CgalTriangles<Kernel>::Tree::Intersection_and_primitive_id<Kernel::Segment_3>::Type;
 
-  Triangles triangles_;
-  Tree tree_;
+  CgalTriangles<Kernel> mesh_;
   std::vector<Found> found_;
 };
 
 #ifdef HAPTICD_BULLET
-class BulletPeer : public SegmentPeer {
+class BulletPeer {
  public:
   explicit BulletPeer(const TriangleMesh& mesh) {
     for (const Vec3& v : mesh.vertices) {
@@ -107,7 +91,7 @@ class BulletPeer : public SegmentPeer {
     shape_ = std::make_unique<btBvhTriangleMeshShape>(mesh_.get(), true, true);
   }
 
-  double first_hit(const Vec3& from_O, const Vec3& to_O) override {
+  double operator()(const Vec3& from_O, const Vec3& to_O) {
     const btVector3 from = vector(from_O), to = vector(to_O);
     Nearest nearest(from, to, 0);
     shape_->performRaycast(&nearest, from, to);
@@ -130,19 +114,23 @@ class BulletPeer : public SegmentPeer {
 };
 #endif
 
+/// A peer that a function may copy.
+template <class Peer>
+auto searching(const TriangleMesh& mesh) {
+  const auto peer = std::make_shared<Peer>(mesh);
+  return [peer](const Vec3& from_O, const Vec3& to_O) { return (*peer)(from_O, to_O); };
+}
+
 }  // namespace
 
-std::vector<NamedPeer> make_segment_peers(const TriangleMesh& mesh) {
-  std::vector<NamedPeer> peers(3);
-  peers[0].name = "Embree 3 robust";
-  peers[1].name = "CGAL AABB tree";
-  peers[2].name = "Bullet";
+std::vector<SegmentPeer> make_segment_peers(const TriangleMesh& mesh) {
+  std::vector<SegmentPeer> peers{
+      {"Embree 3 robust"}, {"CGAL AABB tree", searching<CgalPeer>(mesh)}, {"Bullet"}};
 #ifdef HAPTICD_EMBREE
-  peers[0].peer = std::make_unique<EmbreePeer>(mesh);
+  peers[0].first_hit = searching<EmbreePeer>(mesh);
 #endif
-  peers[1].peer = std::make_unique<CgalPeer>(mesh);
 #ifdef HAPTICD_BULLET
-  peers[2].peer = std::make_unique<BulletPeer>(mesh);
+  peers[2].first_hit = searching<BulletPeer>(mesh);
 #endif
   return peers;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <memory>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -10,19 +10,13 @@
 namespace haptic {
 
 /// Another library's first hit of a segment on a mesh. None distinguishes front and back faces.
-class SegmentPeer {
- public:
-  virtual ~SegmentPeer() = default;
-  /// Fraction of the segment, or negative for a miss.
-  virtual double first_hit(const Vec3& from_O, const Vec3& to_O) = 0;
-};
-
-struct NamedPeer {
+struct SegmentPeer {
   std::string name;
-  std::unique_ptr<SegmentPeer> peer;  // null: not installed at build time
+  /// Fraction of the segment, or negative for a miss; empty if the library was not installed.
+  std::function<double(const Vec3& from_O, const Vec3& to_O)> first_hit = {};
 };
 
 /// Embree 3 robust first, then the CGAL AABB tree and Bullet; the mesh must outlive them.
-std::vector<NamedPeer> make_segment_peers(const TriangleMesh& mesh);
+std::vector<SegmentPeer> make_segment_peers(const TriangleMesh& mesh);
 
 }  // namespace haptic

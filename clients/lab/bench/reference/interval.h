@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "proto/math/vec3.h"
+#include "clients/lab/support/vector3.h"
 
 namespace haptic {
 
@@ -73,32 +73,6 @@ constexpr Interval magnitude(const Interval& a) {
 Interval cos(const Interval& angle);
 Interval sin(const Interval& angle);
 
-struct Interval3 {
-  Interval x, y, z;
-
-  constexpr Interval3() = default;
-  constexpr Interval3(const Interval& a, const Interval& b, const Interval& c) : x(a), y(b), z(c) {}
-  constexpr Interval3(const Vec3& v) : x(v.x), y(v.y), z(v.z) {}  // NOLINT: a vector is an interval
-
-  constexpr bool contains(const Vec3& v) const {
-    return x.contains(v.x) && y.contains(v.y) && z.contains(v.z);
-  }
-};
-
-constexpr Interval3 operator+(const Interval3& a, const Interval3& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-constexpr Interval3 operator-(const Interval3& a, const Interval3& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-constexpr Interval3 operator*(const Interval& s, const Interval3& a) {
-  return {s * a.x, s * a.y, s * a.z};
-}
-constexpr Interval dot(const Interval3& a, const Interval3& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-constexpr Interval3 cross(const Interval3& a, const Interval3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+using Interval3 = Vector3<Interval>;
 
 }  // namespace haptic

@@ -8,7 +8,8 @@ namespace {
 
 /// Bounds of a corner's position over an interval of time.
 Interval3 place_of(const SweptPoint& corner, const Interval& time) {
-  return corner.from + time * (Interval3(corner.to) - corner.from);
+  const Interval3 from = widened<Interval>(corner.from);
+  return from + time * (widened<Interval>(corner.to) - from);
 }
 
 /// Returns false only if p is certainly outside the edge from a to b of a triangle with this
@@ -18,7 +19,7 @@ bool may_be_within(const Interval3& normal, const Interval3& a, const Interval3&
   return dot(normal, cross(b - a, p - a)).hi >= 0;
 }
 
-/// Whether the foot of the common perpendicular may be on the edge: 0 ≤ numerator ≤ n·n.
+/// True if the foot of the common perpendicular may be on the edge: 0 ≤ numerator ≤ n·n.
 bool may_be_within(const Interval& numerator, const Interval& nn) {
   return numerator.hi >= 0 && numerator.lo <= nn.hi;
 }

@@ -13,14 +13,7 @@ struct Search {
   const SegmentView& view;
   SegmentHit best;
 
-  void test(uint32_t triangle) {
-    const auto& [a, b, c] = shape.mesh.triangles[triangle];
-    const auto& vertices = shape.mesh.vertices;
-    double t = 0;
-    if (!view.enters(vertices[a], vertices[b], vertices[c], t)) return;
-    if (best.hit && (t > best.t || (t == best.t && triangle >= best.triangle))) return;
-    best = {true, t, triangle};
-  }
+  void test(uint32_t triangle) { view.test(shape.mesh, triangle, best); }
 
   /// All leaves below `root` that are reached through accepted nodes.
   template <class Accept>

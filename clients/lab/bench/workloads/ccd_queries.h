@@ -10,7 +10,7 @@
 
 namespace haptic {
 
-/// Whether two features with linearly moving corners meet: vertex and face, or edge and edge.
+/// The question if two features with linearly moving corners meet: vertex and face, or two edges.
 struct CcdQuery {
   std::array<SweptPoint, 4> corners;
   bool is_face = false;  // false: two edges
@@ -33,7 +33,7 @@ std::vector<CcdFile> read_ccd_queries(const std::string& folder);
 /// of which moves by 0.05 to 2 mm and turns a little. Ground truth is unknown.
 std::vector<CcdQuery> hand_scale_queries(size_t n);
 
-/// What contact answers.
+/// The answer of the queries that contact uses.
 std::optional<SweptMeeting> meeting_of(const CcdQuery& query, double tolerance);
 
 }  // namespace haptic

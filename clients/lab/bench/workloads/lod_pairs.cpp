@@ -25,10 +25,7 @@ LodPair with(const std::string& name, const Primitive& object, const Primitive& 
   config.objects[0].primitive = object;
   config.tool.primitive = tool;
   config.tool.mass = 0.1;
-  config.voxel.size = config.voxel.point_spacing = voxel;
-  // the gaps are narrower than a layer
-  config.voxel.offset_layers = 0;
-  config.voxel.band = default_band(config.voxel);
+  config.voxel = tight_voxels(voxel, voxel);
   config.voxel.is_wanted = config.pieces.is_wanted = 1;
   return pair;
 }
@@ -71,6 +68,12 @@ LodPair ball_joint() {
 }
 
 }  // namespace
+
+VoxelConfig tight_voxels(double size, double spacing) {
+  VoxelConfig voxel{.size = size, .point_spacing = spacing, .offset_layers = 0};
+  voxel.band = default_band(voxel);
+  return voxel;
+}
 
 LodPair make_lod_pair(const std::string& name) {
   if (name == "bolt") return bolt_in_nut();

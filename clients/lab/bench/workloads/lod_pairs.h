@@ -17,6 +17,9 @@ struct LodPair {
   std::function<Pose(double t)> path;  // X_OT at the time t [s]
 };
 
+/// Voxels for a tight fit, whose gaps are narrower than a layer: surfaces are where they are [m].
+VoxelConfig tight_voxels(double size, double spacing);
+
 /// "bolt": screwed in its nut and pressed aside; "teeth": two molars that grind, each pressed 0.1
 /// mm into the other; "joint": a ball that turns in its socket, pressed as deep.
 LodPair make_lod_pair(const std::string& name);

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "clients/lab/bench/workloads/workload.h"
-#include "clients/lab/support/closed_grid.h"
 #include "clients/lab/support/dice.h"
+#include "clients/lab/support/soups.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"

@@ -2,35 +2,27 @@
 #include "clients/lab/bench/workloads/turns.h"
 
 #include <algorithm>
-#include <chrono>
 #include <numeric>
 #include <random>
 
+#include "clients/lab/support/thread_cpu.h"
 #include "proto/os/progress.h"
 
 namespace haptic {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_between(Clock::time_point a, Clock::time_point b) {
-  return std::chrono::duration<double>(b - a).count();
-}
-
-/// Duration of an empty measurement [s].
-double clock_cost() {
+/// Duration of an empty measurement [ns].
+double clock_cost(clockid_t clock) {
   std::vector<double> pairs(10001);
-  for (double& pair : pairs) {
-    const Clock::time_point begin = Clock::now();
-    pair = seconds_between(begin, Clock::now());
-  }
+  for (double& pair : pairs) pair = static_cast<double>(ns_on(clock, [] {}));
   return median(pairs);
 }
 
 }  // namespace
 
-void take_turns(std::vector<Contestant>& contestants, size_t n, size_t chunk, int rounds) {
-  const double cost = clock_cost();
+void take_turns(std::vector<Contestant>& contestants, size_t n, size_t chunk, int rounds,
+                clockid_t clock) {
+  const double cost = clock_cost(clock);
   std::mt19937 random(1);
   std::vector<size_t> order(contestants.size());
   std::iota(order.begin(), order.end(), size_t{0});
@@ -43,9 +35,8 @@ void take_turns(std::vector<Contestant>& contestants, size_t n, size_t chunk, in
         Contestant& contestant = contestants[k];
         double sum = 0;
         for (size_t i = begin; i < std::min(n, begin + chunk); ++i) {
-          const Clock::time_point start = Clock::now();
-          contestant.query(i);
-          contestant.times.push_back(std::max(seconds_between(start, Clock::now()) - cost, 0.0));
+          const auto ns = static_cast<double>(ns_on(clock, [&] { contestant.query(i); }));
+          contestant.times.push_back(1e-9 * std::max(ns - cost, 0.0));
           sum += contestant.times.back();
         }
         contestant.chunks.push_back(sum);
@@ -66,6 +57,20 @@ std::vector<double> fastest(const Contestant& contestant, size_t n) {
   std::vector<double> best(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(n));
   for (size_t k = n; k < times.size(); ++k) best[k % n] = std::min(best[k % n], times[k]);
   return best;
+}
+
+double mean_of(const std::vector<double>& values) {
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+  return sum / static_cast<double>(std::max<size_t>(values.size(), 1));
+}
+
+void add_beside(Rows& rows, const std::string& name, const std::vector<double>& times,
+                const std::string& peer, const std::vector<double>& peer_times,
+                const std::string& after) {
+  for (const int q : {50, 99}) {
+    rows.add_beside(name + " p" + std::to_string(q) + after, percentile(times, q), "s", peer,
+                    percentile(peer_times, q));
+  }
 }
 
 void add_times(Rows& rows, const std::string& name, const std::vector<double>& times,

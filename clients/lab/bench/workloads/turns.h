@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <ctime>
 #include <functional>
 #include <optional>
 #include <string>
@@ -24,15 +25,24 @@ struct Contestant {
 };
 
 /// Lets the contestants take turns at chunks of the n queries, in an order shuffled for each chunk,
-/// so that neither a busy machine nor the cache contents favour one. Each query is timed by itself;
-/// the cost of reading the clock is subtracted.
-void take_turns(std::vector<Contestant>& contestants, size_t n, size_t chunk, int rounds);
+/// so that neither a busy machine nor the cache contents favour one. Each query is timed by itself,
+/// on this clock; the cost of reading it is subtracted.
+void take_turns(std::vector<Contestant>& contestants, size_t n, size_t chunk, int rounds,
+                clockid_t clock = CLOCK_MONOTONIC);
 
 /// Median over the chunks of a's time divided by b's.
 double median_ratio(const Contestant& a, const Contestant& b);
 
 /// The fastest round of each of n queries: the rest is due to the machine.
 std::vector<double> fastest(const Contestant& contestant, size_t n);
+
+/// The mean; 0 of none.
+double mean_of(const std::vector<double>& values);
+
+/// Rows "<name> p50<after>" and p99 of times beside those of a peer.
+void add_beside(Rows& rows, const std::string& name, const std::vector<double>& times,
+                const std::string& peer, const std::vector<double>& peer_times,
+                const std::string& after = "");
 
 /// Rows "<name> p50", p99, which may have a goal, and max.
 void add_times(Rows& rows, const std::string& name, const std::vector<double>& times,

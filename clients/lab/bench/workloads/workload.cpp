@@ -8,6 +8,7 @@
 
 #include "clients/lab/support/dice.h"
 #include "clients/lab/support/scan.h"
+#include "clients/lab/support/soups.h"
 #include "contact/query/point/segment_hit.h"
 #include "proto/math/units.h"
 
@@ -88,12 +89,11 @@ double step_of(double t) {
 }  // namespace
 
 WorkloadMesh make_bump_sphere(uint32_t frequency) {
-  WorkloadMesh mesh{"sphere " + std::to_string(20 * frequency * frequency), SurfaceKind::kSphere,
-                    make_geodesic(frequency)};
-  for (Vec3& u : mesh.soup.vertices) {
-    u = rounded_to_float(kMm * (50 + 4 * octaves(3.0 * u, 5)) * u);
-  }
-  return mesh;
+  const auto place = [](const Vec3& u) {
+    return rounded_to_float(kMm * (50 + 4 * octaves(3.0 * u, 5)) * u);
+  };
+  return {"sphere " + std::to_string(20 * frequency * frequency), SurfaceKind::kSphere,
+          mapped(make_geodesic(frequency), place)};
 }
 
 WorkloadMesh make_nano_surface(uint32_t n) {
@@ -122,8 +122,10 @@ WorkloadMesh make_scanned(const std::string& name, Soup soup) {
   }
   const Vec3 side = upper - lower;
   const double scale = 100 * kMm / std::max({side.x, side.y, side.z});
-  for (Vec3& v : soup.vertices) v = rounded_to_float(scale * (v - 0.5 * (lower + upper)));
-  return {name, SurfaceKind::kSphere, std::move(soup)};
+  const auto place = [&](const Vec3& v) {
+    return rounded_to_float(scale * (v - 0.5 * (lower + upper)));
+  };
+  return {name, SurfaceKind::kSphere, mapped(std::move(soup), place)};
 }
 
 std::vector<WorkloadSegment> dragged_segments(const MeshShape& shape, SurfaceKind kind, size_t n) {

@@ -17,7 +17,7 @@ inline double swing(double amplitude, double frequency, double t) {
   return amplitude * std::sin(2 * kPi * frequency * t);
 }
 
-/// How a path finds the surface: from all around towards the origin, or straight down.
+/// The direction in which a path finds the surface: from all around towards the origin, or down.
 enum class SurfaceKind { kSphere, kHeightField };
 
 /// A mesh of the benchmarks [m]. Its coordinates are exact floats, so that peers in single

@@ -36,10 +36,6 @@ namespace {
 
 constexpr size_t kMostDepths = 500;     // ticks whose depth is measured
 constexpr size_t kMostVertices = 1000;  // of the tool, looked at in each
-constexpr std::array<std::pair<const char*, SoftSolver>, 3> kSolvers{
-    {{"direct", SoftSolver::kDirect},
-     {"penalty-dynamics", SoftSolver::kPenaltyDynamics},
-     {"quasi-static", SoftSolver::kQuasiStatic}}};
 
 bool is_soft(Renderer renderer) {
   return is_of_body(renderer) && !is_rigid(renderer);
@@ -241,7 +237,7 @@ void write_eyes(TraceWriter& trace, const SessionConfig& config, const BakedSess
   for (uint32_t i = 0; i < config.n_objects; ++i) add(i);
 }
 
-/// What is measured of a column.
+/// A figure of a column: its metric in rows, its head in the table, its unit and its value.
 struct Measure {
   const char *metric, *head, *unit;
   double CompareFigures::*value;
@@ -268,13 +264,12 @@ SessionConfig config_of_column(const SessionConfig& config, const std::string& c
   const size_t slash = column.find('/');
   if (slash != std::string::npos) {
     const std::string word = column.substr(slash + 1);
-    const auto is_it = [&](const auto& row) { return word == row.first; };
-    const auto solver = std::ranges::find_if(kSolvers, is_it);
-    if (solver == kSolvers.end()) {
+    const auto solver = std::ranges::find(kSoftSolverNames, word);
+    if (solver == kSoftSolverNames.end()) {
       throw UsageError("compare: no solver '" + shown(word) +
                        "'; known: direct, penalty-dynamics, quasi-static");
     }
-    out.proxy.solver = solver->second;
+    out.proxy.solver = static_cast<SoftSolver>(solver - kSoftSolverNames.begin());
   } else {
     out.proxy.solver.reset();
   }
@@ -335,20 +330,19 @@ std::vector<CompareFigures> compare_renderers(const CompareEval& eval) {
   return out;
 }
 
-std::vector<Row> rows_of(const std::vector<CompareFigures>& figures, const CompareEval& eval) {
-  std::vector<Row> out;
+void add_rows(const std::vector<CompareFigures>& figures, const CompareEval& eval,
+              const Rows& all) {
   for (const CompareFigures& f : figures) {
-    Rows rows(f.name);
-    rows.note("way", way_of_column(config_of_column(eval.config, f.name)));
-    rows.add({{"massless", f.is_massless ? 1 : 0}, {"ticks in free space", f.free_ticks}});
+    Rows rows = all.of(f.name);
+    rows.add({{"way", way_of_column(config_of_column(eval.config, f.name))},
+              {"massless", f.is_massless ? 1 : 0},
+              {"ticks in free space", f.free_ticks}});
     for (const Measure& m : kMeasures) {
       const bool is_judged = m.value == &CompareFigures::free_force && f.is_massless;
       rows.add({{m.metric, f.*m.value, m.unit, is_judged ? kMustBeZero : Goal{}}});
     }
     rows.add("share of ticks in contact", 100 * f.share, "%");
-    out.insert(out.end(), rows.rows().begin(), rows.rows().end());
   }
-  return out;
 }
 
 void print_comparison(std::ostream& out, const std::vector<CompareFigures>& figures,
@@ -389,7 +383,7 @@ Measured suite_compare(Command& command) {
                  "a recording with the topics of each renderer; no clock is in it, the same "
                  "comparison is the same file");
   add_overwrite(command, options->overwrite);
-  return [options] {
+  return [options](Report& report) {
     const OfflineSession& session = options->session;
     const std::string file = session.file();
     const CompareEval eval{words_of(options->columns), session.load(),
@@ -397,8 +391,8 @@ Measured suite_compare(Command& command) {
                            session.lockstep,           session.seconds};
     check_outputs({eval.output}, {session.trace, file}, options->overwrite);
     const std::vector<CompareFigures> figures = compare_renderers(eval);
-    return Report(rows_of(figures, eval),
-                  [figures, eval](std::ostream& out) { print_comparison(out, figures, eval); });
+    add_rows(figures, eval, report.rows);
+    report.print = [figures, eval](std::ostream& out) { print_comparison(out, figures, eval); };
   };
 }
 

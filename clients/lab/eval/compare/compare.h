@@ -50,7 +50,7 @@ std::string way_of_column(const SessionConfig& config);
 /// record `comparison`. Time is virtual and no clock is read: the same call writes the same bytes.
 std::vector<CompareFigures> compare_renderers(const CompareEval& eval);
 
-std::vector<Row> rows_of(const std::vector<CompareFigures>& figures, const CompareEval& eval);
+void add_rows(const std::vector<CompareFigures>& figures, const CompareEval& eval, const Rows& all);
 /// One line for each column, and what the two words of its way mean.
 void print_comparison(std::ostream& out, const std::vector<CompareFigures>& figures,
                       const CompareEval& eval);

@@ -6,7 +6,7 @@
 
 namespace haptic {
 
-/// Whether the surfaces of two meshes intersect, with the tool at X_OT in the object: tests all
+/// True if the surfaces of two meshes intersect, with the tool at X_OT in the object: tests all
 /// triangles whose boxes overlap by CGAL's exact predicates on the tool's corners as rounded in O.
 /// Shares no code with the collision queries of contact.
 bool surfaces_meet_by_cgal(const TriangleMesh& object, const TriangleMesh& tool, const Pose& X_OT);

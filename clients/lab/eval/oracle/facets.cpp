@@ -20,8 +20,12 @@ FacetBins::FacetBins(const TriangleMesh& mesh) : mesh_(mesh) {
   first_in_bin_.assign(bins_[0] * bins_[1] * bins_[2] + 1, 0);
   std::vector<size_t> bin_of;
   for (const auto& [a, b, c] : mesh.triangles) {
-    Facet facet{
-        widened(mesh.vertices[a]), widened(mesh.vertices[b]), widened(mesh.vertices[c]), {}, {}, 0};
+    Facet facet{widened<long double>(mesh.vertices[a]),
+                widened<long double>(mesh.vertices[b]),
+                widened<long double>(mesh.vertices[c]),
+                {},
+                {},
+                0};
     facet.normal = normalized(cross(facet.b - facet.a, facet.c - facet.a));
     facet.middle_O = rounded((1.0L / 3) * (facet.a + facet.b + facet.c));
     for (const uint32_t v : {a, b, c}) {

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/eval/oracle/free_cgal.h"
 
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "clients/lab/support/triangles_cgal.h"
 
 namespace haptic {
 namespace {
@@ -15,30 +14,16 @@ namespace {
 constexpr double kKept = 0.9;  // the bound is at least this fraction of the distance
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Point = Kernel::Point_3;
-using Triangles = std::vector<Kernel::Triangle_3>;
-using Tree = CGAL::AABB_tree<
-    CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Triangles::iterator>>>;
 
 }  // namespace
 
-struct FreeOracle::Object {
-  explicit Object(const Soup& soup) {
-    const auto point = [&](uint32_t v) {
-      const Vec3& p = soup.vertices[v];
-      return Point(p.x, p.y, p.z);
-    };
-    for (const auto& [a, b, c] : soup.triangles) {
-      triangles.emplace_back(point(a), point(b), point(c));
-    }
-    tree.rebuild(triangles.begin(), triangles.end());
+struct FreeOracle::Object : CgalTriangles<Kernel> {
+  explicit Object(const Soup& soup) : CgalTriangles(soup.vertices, soup.triangles) {
     tree.accelerate_distance_queries();
   }
   double distance(const Vec3& p) const {
-    return std::sqrt(tree.squared_distance(Point(p.x, p.y, p.z)));
+    return std::sqrt(tree.squared_distance(Kernel::Point_3(p.x, p.y, p.z)));
   }
-  Triangles triangles;
-  Tree tree;
 };
 
 FreeOracle::Patch FreeOracle::patch_of(const std::array<Vec3, 3>& corners) {

@@ -13,8 +13,12 @@ constexpr long double kWay = 1e-9L;  // [m]; a shorter way away from a vertex is
 
 }  // namespace
 
-void GodObjectOracle::seed(const Vec3& p_O) {
-  g_ = widened(p_O);
+OracleAnswer& ProxyOracle::place(OracleAnswer& answer,
+                                 const std::optional<NearestInWalls>& on_surface) const {
+  if (!on_surface) answer.converged = false;
+  answer.proxy_O = rounded(on_surface ? g_ + on_surface->y : g_);
+  answer.n_active = on_surface ? static_cast<int>(on_surface->n_active) : 0;
+  return answer;
 }
 
 GodObjectOracle::Stop GodObjectOracle::first_stop(const Long3& from, const Long3& to) const {
@@ -96,7 +100,7 @@ bool GodObjectOracle::leave(const Long3& tool) {
 }
 
 OracleAnswer GodObjectOracle::follow(const Vec3& tool_O) {
-  const Long3 tool = widened(tool_O);
+  const Long3 tool = widened<long double>(tool_O);
   constexpr double kBallSlack = 1e-9;
   near_ = facets_.within(tool_O, static_cast<double>(norm(tool - g_)) + kBallSlack);
   std::vector<const Facet*> stops;  // facets that stopped it at its present place
@@ -131,12 +135,7 @@ OracleAnswer GodObjectOracle::follow(const Vec3& tool_O) {
     stops.clear();
     goal = tool;
   }
-  const std::optional<NearestInWalls> on_surface = nearest_on(stops, tool, 0);
-  if (!on_surface) answer.converged = false;
-  const Long3 proxy = on_surface ? g_ + on_surface->y : g_;
-  answer.n_active = on_surface ? static_cast<int>(on_surface->n_active) : 0;
-  answer.proxy_O = rounded(proxy);
-  return answer;
+  return place(answer, nearest_on(stops, tool, 0));
 }
 
 }  // namespace haptic

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -18,6 +19,29 @@ struct OracleAnswer {
   int sweeps = 0;
 };
 
+/// A proxy by brute force over all facets, which do not move and must outlive it.
+class ProxyOracle {
+ public:
+  explicit ProxyOracle(const FacetBins& facets) : facets_(facets) {}
+  virtual ~ProxyOracle() = default;
+
+  /// Places the proxy at a point that is assumed to be free.
+  void seed(const Vec3& p_O) { g_ = widened<long double>(p_O); }
+  /// Moves the proxy for a tool at tool_O.
+  virtual OracleAnswer follow(const Vec3& tool_O) = 0;
+
+ protected:
+  /// Ends an answer where the sweeps end, or on the surface itself if there is a minimum.
+  OracleAnswer& place(OracleAnswer& answer, const std::optional<NearestInWalls>& on_surface) const;
+
+  const FacetBins& facets_;
+  std::vector<uint32_t> near_;  // facets of the current ball
+  Long3 g_;
+};
+
+/// The oracle of a sphere, or of a point where the radius is 0.
+std::unique_ptr<ProxyOracle> make_oracle(const FacetBins& facets, double radius);
+
 /// The god-object of Zilles & Salisbury 1995 by brute force: no tree, no look-ahead, no cache. It
 /// slides towards the tool along straight sweeps and stops 1e-12 m before the first of all facets
 /// it would enter; there, the next goal is the exact minimum of |x − tool| over the planes that
@@ -28,16 +52,11 @@ struct OracleAnswer {
 ///
 /// Looking facets up in bins loses none: each sweep ends nearer to the tool than it began, so the
 /// whole path lies in the ball around the tool through the old proxy, and every facet that meets
-/// this ball is tested. The facets do not move and must outlive the oracle.
-class GodObjectOracle {
+/// this ball is tested.
+class GodObjectOracle : public ProxyOracle {
  public:
-  explicit GodObjectOracle(const FacetBins& facets) : facets_(facets) {}
-
-  /// Places the god-object at a point that is assumed to be free.
-  void seed(const Vec3& p_O);
-
-  /// Moves the god-object for a tool at tool_O.
-  OracleAnswer follow(const Vec3& tool_O);
+  using ProxyOracle::ProxyOracle;
+  OracleAnswer follow(const Vec3& tool_O) override;
 
  private:
   struct Stop {
@@ -50,10 +69,6 @@ class GodObjectOracle {
                                            const Long3& tool, long double stand_off) const;
   std::vector<const Facet*> touched() const;
   bool leave(const Long3& tool);
-
-  const FacetBins& facets_;
-  std::vector<uint32_t> near_;  // facets of the current ball
-  Long3 g_;
 };
 
 }  // namespace haptic

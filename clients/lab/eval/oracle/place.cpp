@@ -45,7 +45,7 @@ double free_descent(const FacetBins& facets, const Vec3& proxy_O, const Vec3& to
   std::vector<Wall> walls;
   for (const uint32_t t : facets.within(proxy_O, radius + kTouch)) {
     const Vec3 nearest_O = closest_on_triangle(facets.mesh(), t, proxy_O).point;
-    const Long3 away = widened(proxy_O) - widened(nearest_O);
+    const Long3 away = widened<long double>(proxy_O) - widened<long double>(nearest_O);
     if (norm(away) > static_cast<long double>(radius + kTouch)) continue;
     const Long3 normal = radius > 0 ? normalized(away) : facets[t].normal;
     const bool known = std::any_of(walls.begin(), walls.end(), [&](const Wall& wall) {
@@ -53,7 +53,7 @@ double free_descent(const FacetBins& facets, const Vec3& proxy_O, const Vec3& to
     });
     if (!known && norm(normal) > 0) walls.push_back({normal, 0});
   }
-  const auto way = nearest_in(walls, widened(tool_O) - widened(proxy_O));
+  const auto way = nearest_in(walls, widened<long double>(tool_O) - widened<long double>(proxy_O));
   return way ? static_cast<double>(norm(way->y)) : 0;
 }
 

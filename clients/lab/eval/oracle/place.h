@@ -16,10 +16,10 @@ struct BehindSurface {
 BehindSurface behind_surface(const FacetBins& facets, const Vec3& centre_O, double radius,
                              double max_distance);
 
-/// How far a proxy at rest could still move towards the tool, to first order: the length of the
-/// feasible direction v that minimises |v − (tool − proxy)| s.t. n_i·v ≥ 0 for all facets that the
-/// sphere or point touches (within 1e-9 m). Zero if tool − proxy lies in the cone of −n_i, the KKT
-/// condition of a local minimum of |x − tool|. Independent of the path that led there.
+/// The way that a proxy at rest could still move towards the tool, to first order: the length of
+/// the feasible direction v that minimises |v − (tool − proxy)| s.t. n_i·v ≥ 0 for all facets that
+/// the sphere or point touches (within 1e-9 m). Zero if tool − proxy lies in the cone of −n_i, the
+/// KKT condition of a local minimum of |x − tool|. Independent of the path that led there.
 double free_descent(const FacetBins& facets, const Vec3& proxy_O, const Vec3& tool_O,
                     double radius);
 

@@ -11,7 +11,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <random>
+
+#include "clients/lab/support/dice.h"
 
 namespace haptic {
 namespace {
@@ -35,12 +36,6 @@ Mesh to_cgal_rest(const TriangleMesh& mesh) {
   for (const Vec3& v : mesh.vertices) vertices.push_back(out.add_vertex(to_cgal_rest(v)));
   for (const auto& [a, b, c] : mesh.triangles) out.add_face(vertices[a], vertices[b], vertices[c]);
   return out;
-}
-
-/// A random direction, uniform on the sphere.
-Vec3 any_direction(std::mt19937_64& random) {
-  std::normal_distribution<double> normal;
-  return normalized(Vec3{normal(random), normal(random), normal(random)});
 }
 
 }  // namespace
@@ -69,15 +64,14 @@ bool WayJudge::is_free(const Vec3& from_O, const Vec3& to_O) const {
          !holds(from_O);
 }
 
-FoundWay WayJudge::free_way(const Vec3& proxy_O, const Vec3& tool_O, double least, int directions,
-                            uint64_t seed) const {
-  std::mt19937_64 random(seed);
+std::optional<double> WayJudge::free_way(const Vec3& proxy_O, const Vec3& tool_O, double least,
+                                         int directions, uint64_t seed) const {
+  Dice dice(seed);
   const Vec3 way_O = tool_O - proxy_O;
   const double far = norm(way_O);
-  FoundWay best;
-  best.gain = least;
+  std::optional<double> best;
   for (int i = 0; i < directions; ++i) {
-    Vec3 d_O = any_direction(random);
+    Vec3 d_O = dice.direction();
     if (dot(d_O, way_O) < 0) d_O = -1.0 * d_O;
     for (const double length : kLengths) {
       // beyond the foot of the perpendicular from the tool, the distance grows again
@@ -85,7 +79,7 @@ FoundWay WayJudge::free_way(const Vec3& proxy_O, const Vec3& tool_O, double leas
       const Vec3 end_O = proxy_O + s * d_O;
       if (s <= kFirst || !is_free(proxy_O + kFirst * d_O, end_O)) break;
       const double gain = far - norm(tool_O - end_O);
-      if (gain > best.gain) best = {true, end_O, gain};
+      if (gain > best.value_or(least)) best = gain;
       if (s < length) break;
     }
   }

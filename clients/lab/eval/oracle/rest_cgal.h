@@ -2,17 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "contact/shape/mesh/triangle_mesh.h"
 
 namespace haptic {
-
-/// A straight segment along which a proxy at rest could still move.
-struct FoundWay {
-  bool found = false;
-  Vec3 end_O;
-  double gain = 0;  // |proxy − tool| − |end − tool| [m]
-};
 
 /// Checks rest positions of a point on a closed mesh without self-intersections by random segments:
 /// independent of planes and paths. Which segments meet the surface and which points lie inside is
@@ -22,17 +16,18 @@ class WayJudge {
   explicit WayJudge(const TriangleMesh& mesh);
   ~WayJudge();
 
-  /// Whether a point lies inside the mesh or on its surface.
+  /// True if a point lies inside the mesh or on its surface.
   bool holds(const Vec3& p_O) const;
 
-  /// Whether the segment begins outside and meets no triangle.
+  /// True if the segment begins outside and meets no triangle.
   bool is_free(const Vec3& from_O, const Vec3& to_O) const;
 
-  /// The best of `directions` random directions from the proxy towards the tool: a free segment of
-  /// 10 µm to 3 mm that gains more than `least` [m]. Its first nanometre is not tested, to allow
+  /// The gain |proxy − tool| − |end − tool| of the best of `directions` random directions from the
+  /// proxy towards the tool [m]: of a free segment of 10 µm to 3 mm that gains more than `least`
+  /// [m]; nothing if there is none. Its first nanometre is not tested, to allow
   /// for the proxy's rounding. Equal seeds give equal directions.
-  FoundWay free_way(const Vec3& proxy_O, const Vec3& tool_O, double least, int directions,
-                    uint64_t seed) const;
+  std::optional<double> free_way(const Vec3& proxy_O, const Vec3& tool_O, double least,
+                                 int directions, uint64_t seed) const;
 
  private:
   struct Tree;

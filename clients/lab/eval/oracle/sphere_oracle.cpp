@@ -160,7 +160,7 @@ std::optional<Rest> newton(std::span<const Obstacle> pushing, const Long3& from,
   return std::nullopt;
 }
 
-/// Whether a solution of Newton's method is a minimum: every obstacle pushes, and the curvature
+/// True if a solution of Newton's method is a minimum: every obstacle pushes, and the curvature
 /// along them is positive.
 bool is_minimum(std::span<const Obstacle> pushing, const Rest& rest) {
   for (size_t i = 0; i < pushing.size(); ++i) {
@@ -182,7 +182,7 @@ bool is_minimum(std::span<const Obstacle> pushing, const Rest& rest) {
 }  // namespace
 
 SphereOracle::SphereOracle(const FacetBins& facets, double radius)
-    : facets_(facets), radius_(radius) {
+    : ProxyOracle(facets), radius_(radius) {
   const TriangleMesh& mesh = facets.mesh();
   std::vector<bool> taken(mesh.vertices.size(), false);
   for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -197,8 +197,9 @@ SphereOracle::SphereOracle(const FacetBins& facets, double radius)
   }
 }
 
-void SphereOracle::seed(const Vec3& p_O) {
-  g_ = widened(p_O);
+std::unique_ptr<ProxyOracle> make_oracle(const FacetBins& facets, double radius) {
+  if (radius > 0) return std::make_unique<SphereOracle>(facets, radius);
+  return std::make_unique<GodObjectOracle>(facets);
 }
 
 void SphereOracle::stop_at_facet(uint32_t triangle, const Long3& from, const Long3& d,
@@ -295,7 +296,7 @@ std::optional<NearestInWalls> SphereOracle::minimum_over(std::span<const Obstacl
 }
 
 OracleAnswer SphereOracle::follow(const Vec3& tool_O) {
-  const Long3 tool = widened(tool_O);
+  const Long3 tool = widened<long double>(tool_O);
   const auto ball = static_cast<double>(norm(tool - g_) + radius_) + kBallSlack;
   near_ = facets_.within(tool_O, ball);
   std::vector<Obstacle> stops;    // obstacles that stopped it at its present place
@@ -346,11 +347,7 @@ OracleAnswer SphereOracle::follow(const Vec3& tool_O) {
     for (size_t i = 0; i < next->n_active; ++i) pushing.push_back(stops[next->active[i]]);
     goal = g_ + next->y;
   }
-  const std::optional<NearestInWalls> on_surface = minimum_over(stops, tool, 0);
-  if (!on_surface) answer.converged = false;
-  answer.proxy_O = rounded(on_surface ? g_ + on_surface->y : g_);
-  answer.n_active = on_surface ? static_cast<int>(on_surface->n_active) : 0;
-  return answer;
+  return place(answer, minimum_over(stops, tool, 0));
 }
 
 }  // namespace haptic

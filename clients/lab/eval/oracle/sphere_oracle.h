@@ -19,17 +19,13 @@ namespace haptic {
 /// λ_i > 0, no facet is nearer than the radius and the second-order condition holds.
 ///
 /// It shares neither the trees, the one-sided surfaces nor the steps around bends with the
-/// detector. The facets do not move and must outlive the oracle.
-class SphereOracle {
+/// detector.
+class SphereOracle : public ProxyOracle {
  public:
   /// radius > 0 [m].
   SphereOracle(const FacetBins& facets, double radius);
 
-  /// Places the centre at a point that is assumed to be free.
-  void seed(const Vec3& p_O);
-
-  /// Moves the sphere for a tool at tool_O.
-  OracleAnswer follow(const Vec3& tool_O);
+  OracleAnswer follow(const Vec3& tool_O) override;
 
   /// An obstacle of the centre: the offset of a facet's plane, line or point.
   struct Obstacle {
@@ -55,12 +51,9 @@ class SphereOracle {
   std::optional<NearestInWalls> minimum_over(std::span<const Obstacle> stops, const Long3& tool,
                                              long double stand_off) const;
 
-  const FacetBins& facets_;
   long double radius_;
   std::vector<uint8_t> owned_;   // bit i: edge i, bit 3 + i: vertex i; each is in one facet
-  std::vector<uint32_t> near_;   // facets of the current ball
   mutable uint32_t recent_ = 0;  // the facet that stopped it last, tested first
-  Long3 g_;
 };
 
 }  // namespace haptic

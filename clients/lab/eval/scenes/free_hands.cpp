@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <random>
 
 #include "clients/lab/eval/scenes/free_scenes.h"
+#include "clients/lab/support/dice.h"
 #include "proto/math/units.h"
 
 namespace haptic {
@@ -12,12 +12,6 @@ namespace {
 
 constexpr double kFast = 2, kTurn = 10;  // [m/s], [rad/s]
 constexpr double kFarAway = 0.5;         // [m]
-
-Vec3 direction(std::mt19937_64& random) {
-  std::normal_distribution<double> normal;
-  const double x = normal(random), y = normal(random), z = normal(random);
-  return normalized(Vec3{x, y, z});
-}
 
 /// To and fro along a unit vector, never faster than `speed`.
 FreeHand sweep(std::string name, const Vec3& middle, const Vec3& along, double way, double speed,
@@ -29,18 +23,17 @@ FreeHand sweep(std::string name, const Vec3& middle, const Vec3& along, double w
 }
 
 /// Sums of sines in all six directions, as fast as the fastest hands.
-FreeHand shaken(const Vec3& middle, std::mt19937_64& random) {
+FreeHand shaken(const Vec3& middle, Dice& dice) {
   struct Sine {
     Vec3 along;
     double rate, phase;
   };
   constexpr size_t kSines = 4;
-  std::uniform_real_distribution<double> rate(10, 60), phase(0, 2 * kPi);
   std::array<Sine, kSines> ways{}, turns{};
   for (std::array<Sine, kSines>* sines : {&ways, &turns}) {
     for (Sine& s : *sines) {
-      s.along = direction(random);
-      s.rate = rate(random), s.phase = phase(random);
+      s.along = dice.direction();
+      s.rate = dice.uniform(10, 60), s.phase = dice.uniform(0, 2 * kPi);
     }
   }
   const auto sum = [](const std::array<Sine, kSines>& sines, double speed, double t) {
@@ -91,15 +84,15 @@ FreeHand creep(const Vec3& start, double speed) {
 }  // namespace
 
 std::vector<FreeHand> free_hands(const Vec3& touch, uint64_t seed) {
-  std::mt19937_64 random(seed);
+  Dice dice(seed);
   const Vec3 far = touch + Vec3{0, 0, kFarAway};
-  const Vec3 axis = direction(random), way = direction(random);
+  const Vec3 axis = dice.direction(), way = dice.direction();
   return {
       sweep("sweep of 0.8 m/s", far, {1, 0, 0}, 0.1, 0.8, {}),
       sweep("sweep of 2 m/s", far, way, 0.1, kFast, {}),
       sweep("turn of 10 rad/s", far, way, 0.01, 0.1, kTurn * axis),
       sweep("sweep and turn", far, way, 0.1, kFast, kTurn * axis),
-      shaken(far, random),
+      shaken(far, dice),
       reach(touch + Vec3{0, 0, 15 * kMm}, 0.15, kFast),
       slap(touch, 60 * kMm, 3 * kMm, 1.5),
       sweep("stroke", touch + Vec3{0, 0, 60 * kMm}, {1, 0, 0}, 0.15, 1.2, 5 * axis),

@@ -2,9 +2,10 @@
 #include "clients/lab/eval/scenes/free_scenes.h"
 
 #include <cmath>
-#include <random>
 
+#include "clients/lab/support/dice.h"
 #include "clients/lab/support/scripted_hand.h"
+#include "clients/lab/support/soups.h"
 #include "contact/bake/convex/piece_tree.h"
 #include "contact/bake/volume.h"
 #include "contact/shape/parts/machine_parts.h"
@@ -19,31 +20,6 @@ struct FreeStorage {
   std::vector<BakedVolume> volumes;
   std::vector<PieceTreeData> pieces;
 };
-
-}  // namespace
-
-SessionConfig JudgedRenderer::in(SessionConfig config) const {
-  config.renderer = renderer;
-  config.proxy.solver = solver;
-  config.voxel.field = reads_field ? 1 : 0;
-  return config;
-}
-
-SessionConfig scene_session(uint32_t n_objects) {
-  SessionConfig config = plain_session(800);
-  config.n_objects = n_objects;
-  config.coupling.rotational_stiffness = 2;
-  config.coupling.max_force = 6;
-  config.coupling.max_torque = 0.3;
-  config.safety.velocity_limit = 100;
-  return config;
-}
-
-void set_voxels(double size, uint32_t layers, VoxelConfig& voxel) {
-  voxel.size = voxel.point_spacing = size;
-  voxel.offset_layers = layers;
-  voxel.band = default_band(voxel);
-}
 
 void bake_scene(FreeScene& scene) {
   const auto storage = std::make_shared<FreeStorage>();
@@ -74,20 +50,44 @@ void bake_scene(FreeScene& scene) {
   scene.storage = storage;
 }
 
+}  // namespace
+
+SessionConfig JudgedRenderer::in(SessionConfig config) const {
+  config.renderer = renderer;
+  config.proxy.solver = solver;
+  config.voxel.field = reads_field ? 1 : 0;
+  return config;
+}
+
+FreeScene make_free_scene(const std::string& name, std::vector<Soup> objects, Soup tool,
+                          const FreeVoxels& voxels, const Vec3& over) {
+  FreeScene scene{name, plain_session(800), std::move(objects), std::move(tool), {}, {}, over};
+  SessionConfig& config = scene.config;
+  config.n_objects = static_cast<uint32_t>(scene.objects.size());
+  config.coupling.rotational_stiffness = 2;
+  config.coupling.max_force = 6;
+  config.coupling.max_torque = 0.3;
+  config.safety.velocity_limit = 100;
+  config.voxel.size = config.voxel.point_spacing = voxels.size;
+  config.voxel.offset_layers = voxels.layers;
+  config.voxel.band = std::max(default_band(config.voxel), voxels.least_band);
+  bake_scene(scene);
+  return scene;
+}
+
 namespace {
 
-Soup bumpy_ball(double radius, uint32_t subdivisions, std::mt19937_64& random) {
-  std::uniform_real_distribution<double> rate(5, 10), phase(0, 2 * kPi);
-  const Vec3 rates{rate(random), rate(random), rate(random)};
-  const Vec3 phases{phase(random), phase(random), phase(random)};
-  Soup soup = make_icosphere(radius, subdivisions);
-  for (Vec3& v : soup.vertices) {
+Soup bumpy_ball(double radius, uint32_t subdivisions, Dice& dice) {
+  const auto drawn = [&](double low, double high) {
+    return Vec3{dice.uniform(low, high), dice.uniform(low, high), dice.uniform(low, high)};
+  };
+  const Vec3 rates = drawn(5, 10), phases = drawn(0, 2 * kPi);
+  return mapped(make_icosphere(radius, subdivisions), [&](const Vec3& v) {
     const Vec3 u = (1 / radius) * v;
     const double bump = std::sin(rates.x * u.x + phases.x) * std::sin(rates.y * u.y + phases.y) *
                         std::sin(rates.z * u.z + phases.z);
-    v = (1 + 0.08 * bump) * v;
-  }
-  return soup;
+    return (1 + 0.08 * bump) * v;
+  });
 }
 
 }  // namespace
@@ -98,44 +98,25 @@ FreeScene peg_over_hole() {
   hole.grid = {48, 4};
   primitive::Peg peg;
   peg.grid = {24, 2};
-  FreeScene scene;
-  scene.name = "peg over hole";
-  scene.config = scene_session(1);
-  set_voxels(0.5 * kMm, 0, scene.config.voxel);
-  scene.objects = {make_hole(hole)};
-  scene.tool = make_peg(peg);
-  scene.over = kMm * Vec3{18, 0, 100};
-  bake_scene(scene);
-  return scene;
+  return make_free_scene("peg over hole", {make_hole(hole)}, make_peg(peg), {0.5 * kMm},
+                         kMm * Vec3{18, 0, 100});
 }
 
 FreeScene bumpy_balls(uint64_t seed) {
-  std::mt19937_64 random(seed);
-  FreeScene scene;
-  scene.name = "bumpy balls";
-  scene.config = scene_session(1);
-  set_voxels(kMm, 2, scene.config.voxel);
-  scene.objects = {bumpy_ball(40 * kMm, 3, random)};
-  scene.tool = bumpy_ball(15 * kMm, 2, random);
-  scene.over = kMm * Vec3{3, -2, 100};
-  bake_scene(scene);
-  return scene;
+  Dice dice(seed);
+  const Soup object = bumpy_ball(40 * kMm, 3, dice);
+  return make_free_scene("bumpy balls", {object}, bumpy_ball(15 * kMm, 2, dice), {kMm, 2},
+                         kMm * Vec3{3, -2, 100});
 }
 
 FreeScene box_over_moving_plate() {
-  FreeScene scene;
-  scene.name = "box over moving plate";
-  scene.config = scene_session(2);
-  set_voxels(kMm, 0, scene.config.voxel);
-  scene.objects = {make_box({0.1, 0.1, 0.03}), make_icosphere(20 * kMm, 2)};
-  scene.tool = make_box({0.03, 0.02, 0.015});
-  ObjectConfig& plate = scene.config.objects[0];
-  plate.motion = {MotionKind::kOscillate, 0, {0, 0, 1}, 10 * kMm, 1.5};
+  FreeScene scene = make_free_scene("box over moving plate",
+                                    {make_box({0.1, 0.1, 0.03}), make_icosphere(20 * kMm, 2)},
+                                    make_box({0.03, 0.02, 0.015}), {kMm}, {0, 0, 0.1});
+  scene.config.objects[0].motion = {MotionKind::kOscillate, 0, {0, 0, 1}, 10 * kMm, 1.5};
   ObjectConfig& ball = scene.config.objects[1];
   ball.X_WO.p = {0, 0.12, 0.03};
   ball.motion = {MotionKind::kOscillate, 0, {1, 0, 0}, 30 * kMm, 1};
-  scene.over = {0, 0, 0.1};
-  bake_scene(scene);
   return scene;
 }
 

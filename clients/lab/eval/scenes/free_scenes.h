@@ -31,11 +31,17 @@ FreeScene bumpy_balls(uint64_t seed);
 /// A box over a plate that moves up and down, next to a ball that moves to and fro.
 FreeScene box_over_moving_plate();
 
-/// The springs of the configuration peg-in-hole; every other source of force is off.
-SessionConfig scene_session(uint32_t n_objects);
-void set_voxels(double size, uint32_t layers, VoxelConfig& voxel);
-/// Makes the shapes of the scene's objects and tool.
-void bake_scene(FreeScene& scene);
+/// Voxels of a scene: their size, which is also that between points, the layers by which surfaces
+/// are offset, and the least band of the field.
+struct FreeVoxels {
+  double size;  // [m]
+  uint32_t layers = 0;
+  double least_band = 0;  // [m]
+};
+/// A scene with all its shapes. Its springs are those of the configuration peg-in-hole; every other
+/// source of force is off.
+FreeScene make_free_scene(const std::string& name, std::vector<Soup> objects, Soup tool,
+                          const FreeVoxels& voxels, const Vec3& over = {});
 
 /// Pose of an object at time t [s], by the formula of its motion.
 Pose scripted_pose(const ObjectConfig& object, double t);

@@ -10,6 +10,7 @@
 
 #include "clients/lab/eval/oracle/exact_cgal.h"
 #include "clients/lab/support/shaking_hand.h"
+#include "clients/lab/support/soups.h"
 #include "contact/shape/parts/machine_parts.h"
 #include "proto/math/motion_metric.h"
 #include "proto/math/units.h"
@@ -40,6 +41,16 @@ class SceneDice {
   std::mt19937_64 bits_;
 };
 
+/// A side with the same radius all over.
+RadiusAt round_side(double radius) {
+  return [radius](double, double) { return radius; };
+}
+
+/// True if a point is nearer to the z axis than that.
+bool is_within(double radius, const Vec3& p) {
+  return std::hypot(p.x, p.y) < radius;
+}
+
 /// A convex tool around its origin; inner_radius: distance of its surface from the origin [m].
 struct Tool {
   Soup soup;
@@ -57,8 +68,7 @@ Tool draw_tool(SceneDice& dice) {
     default: {
       const PartGrid grid{5 + dice.below(8), 1};
       const double r = extent.x / 2, half = extent.z / 2;
-      const auto side = [r](double, double) { return r; };
-      return {make_turned(side, -half, half, grid),
+      return {make_turned(round_side(r), -half, half, grid),
               std::min(half, r * std::cos(kPi / grid.around))};
     }
   }
@@ -67,9 +77,7 @@ Tool draw_tool(SceneDice& dice) {
 /// A plate from z = −thickness up to 0: flat, or bumpy with peaks at z = 0.
 Soup draw_plate(SceneDice& dice, double half, double thickness) {
   if (dice.below(2) == 0) {
-    Soup flat = make_box({2 * half, 2 * half, thickness});
-    for (Vec3& v : flat.vertices) v.z -= thickness / 2;
-    return flat;
+    return lowered(make_box({2 * half, 2 * half, thickness}), thickness / 2);
   }
   constexpr uint32_t n = 14;
   const double deepest = kMm * dice.uniform(0.2, 1.5);
@@ -113,14 +121,20 @@ struct Draft {
   void add(Soup soup, const Pose& X_SO, double way, double frequency, const Vec3& axis_O) {
     ObjectConfig move;
     move.X_WO = X_SO;
-    move.motion.kind = way == 0 ? MotionKind::kStatic : MotionKind::kOscillate;
-    move.motion.axis_O = way < 0 ? -axis_O : axis_O;
-    move.motion.amplitude = std::fabs(way);
-    move.motion.frequency = frequency;
+    move.motion = {way == 0 ? MotionKind::kStatic : MotionKind::kOscillate, 0,
+                   way < 0 ? -axis_O : axis_O, std::fabs(way), frequency};
     scene.moves.push_back(move);
     soups.push_back(std::move(soup));
   }
 };
+
+/// Begins a draft with a tool and a clearance of this to 1 mm.
+Draft draw_draft(SceneDice& dice, const std::string& kind, double least_clearance) {
+  Draft draft{{}, {}, draw_tool(dice)};
+  draft.scene.kind = kind;
+  draft.scene.clearance = kMm * dice.uniform(least_clearance, 1);
+  return draft;
+}
 
 struct Heights {
   double low = 0, high = 0;
@@ -139,10 +153,8 @@ Heights heights_of(const Soup& soup, const Quat& q) {
 /// Two plates that face each other: jaws, a pusher and a wall, or a slot. The free way turns the
 /// tool level at once and keeps it in the middle.
 Draft draw_plates(SceneDice& dice, uint32_t kind) {
-  Draft draft;
-  draft.tool = draw_tool(dice);
+  Draft draft = draw_draft(dice, std::array{"jaws", "pusher and wall", "slot"}[kind], 0.15);
   MovingScene& scene = draft.scene;
-  scene.clearance = kMm * dice.uniform(0.15, 1);
   const Soup tool = draft.tool.soup;
   const double tilt = dice.sign() * dice.uniform(0.15, 0.35), about = dice.uniform(0, 2 * kPi);
   const Quat spin = from_rotation_vector({0, 0, dice.uniform(0, 2 * kPi)});
@@ -158,7 +170,6 @@ Draft draw_plates(SceneDice& dice, uint32_t kind) {
   const double carried = kind == 2 ? dice.sign() * kMm * dice.uniform(10, 25) : 0;
   const double lower_way = carried + (kind == 1 ? 0 : closes / 2);
   const double upper_way = carried - (kind == 1 ? closes : closes / 2);
-  scene.kind = std::array{"jaws", "pusher and wall", "slot"}[kind];
   scene.seconds = 0.5 / frequency;
   const double half = 150 * kMm;
   const Vec3 up{0, 0, 1};
@@ -184,24 +195,18 @@ Draft draw_plates(SceneDice& dice, uint32_t kind) {
 
 /// A plate that turns about the axis of a drum and carries the tool along.
 Draft draw_paddle(SceneDice& dice) {
-  Draft draft;
-  draft.tool = draw_tool(dice);
+  Draft draft = draw_draft(dice, "paddle", 0.3);
   MovingScene& scene = draft.scene;
-  scene.kind = "paddle";
-  scene.clearance = kMm * dice.uniform(0.3, 1);
   const double drum = kMm * dice.uniform(55, 75), half_height = 100 * kMm;
   const double thickness = kMm * dice.uniform(2, 8), turns = dice.sign() * dice.uniform(0.15, 0.5);
   scene.seconds = 0.8;
   const PartGrid grid{32, 2};
-  const auto outer = [drum](double, double) { return drum + 10e-3; };
-  const auto inner = [drum](double, double) { return drum; };
-  draft.add(make_bored(outer, inner, -half_height, half_height, grid), {}, 0, 0, {0, 0, 1});
+  draft.add(make_bored(round_side(drum + 10e-3), round_side(drum), -half_height, half_height, grid),
+            {}, 0, 0, {0, 0, 1});
   const double tip = drum * std::cos(kPi / grid.around) - kMm;
   draft.add(make_box({2 * tip, thickness, 2 * half_height}), {}, 0, 0, {0, 0, 1});
-  MotionConfig& turn = scene.moves.back().motion;
-  turn.kind = MotionKind::kSpin;
-  turn.frequency = std::fabs(turns);
-  turn.axis_O = {0, 0, turns < 0 ? -1.0 : 1.0};
+  scene.moves.back().motion = {
+      MotionKind::kSpin, 0, {0, 0, turns < 0 ? -1.0 : 1.0}, 0, std::fabs(turns)};
   const Quat held = normalized(from_rotation_vector(dice.uniform(0, 3) * dice.direction()));
   const Pose home{{0, 0.52 * drum, 0}, held};
   scene.way_W = [=](double t) {
@@ -209,19 +214,15 @@ Draft draw_paddle(SceneDice& dice) {
     return round * home;
   };
   scene.is_on_side = [drum](const Pose& X_WT, std::span<const Pose> X_WO) {
-    const Vec3 in_drum = inverse(X_WO[0]) * X_WT.p;
-    return std::hypot(in_drum.x, in_drum.y) < drum && (inverse(X_WO[1]) * X_WT.p).y > 0;
+    return is_within(drum, inverse(X_WO[0]) * X_WT.p) && (inverse(X_WO[1]) * X_WT.p).y > 0;
   };
   return draft;
 }
 
 /// A block with a bore that moves sideways, and a piston in the bore that moves along it.
 Draft draw_bore(SceneDice& dice) {
-  Draft draft;
-  draft.tool = draw_tool(dice);
+  Draft draft = draw_draft(dice, "bore and piston", 0.15);
   MovingScene& scene = draft.scene;
-  scene.kind = "bore and piston";
-  scene.clearance = kMm * dice.uniform(0.15, 1);
   double radius = 0;
   for (const Vec3& v : draft.tool.soup.vertices) radius = std::max(radius, std::hypot(v.x, v.y));
   const uint32_t around = 24;
@@ -230,21 +231,18 @@ Draft draw_bore(SceneDice& dice) {
   const double frequency = dice.uniform(0.4, 1.2), aside = dice.sign() * kMm * dice.uniform(5, 25);
   const double along = kMm * dice.uniform(5, 20);
   scene.seconds = 0.5 / frequency;
-  const auto outer = [bore](double, double) { return bore + 12e-3; };
-  const auto inner = [bore](double, double) { return bore; };
-  const double half = 150 * kMm;
-  draft.add(make_bored(outer, inner, -half, half, {around, 4}), {}, aside, frequency, {1, 0, 0});
-  const auto piston = [=](double, double) { return bore + std::fabs(aside) + 5e-3; };
+  const double half = 150 * kMm, piston = bore + std::fabs(aside) + 5e-3;
+  draft.add(make_bored(round_side(bore + 12e-3), round_side(bore), -half, half, {around, 4}), {},
+            aside, frequency, {1, 0, 0});
   const double foot = heights_of(draft.tool.soup, {}).low - 2 * scene.clearance - 0.2 * kMm;
-  draft.add(make_turned(piston, -8e-3, 0, {16, 1}), {{0, 0, foot}, {}}, along, frequency,
-            {0, 0, 1});
+  draft.add(make_turned(round_side(piston), -8e-3, 0, {16, 1}), {{0, 0, foot}, {}}, along,
+            frequency, {0, 0, 1});
   scene.way_W = [=](double t) {
     const double ahead = std::sin(2 * kPi * frequency * t);
     return Pose{{aside * ahead, 0, along * ahead}, {}};
   };
   scene.is_on_side = [bore](const Pose& X_WT, std::span<const Pose> X_WO) {
-    const Vec3 in_bore = inverse(X_WO[0]) * X_WT.p;
-    return std::hypot(in_bore.x, in_bore.y) < bore && (inverse(X_WO[1]) * X_WT.p).z > 0;
+    return is_within(bore, inverse(X_WO[0]) * X_WT.p) && (inverse(X_WO[1]) * X_WT.p).z > 0;
   };
   return draft;
 }
@@ -270,11 +268,6 @@ std::function<Pose(double)> draw_hand(SceneDice& dice, const Pose& home, double 
       return [=](double t) { return moved(home, share(t) * way_between(home, hand.at(t))); };
     }
   }
-}
-
-Soup scaled(Soup soup, double by) {
-  for (Vec3& v : soup.vertices) v = by * v;
-  return soup;
 }
 
 /// Builds the shapes and places the scene at a random pose in W.

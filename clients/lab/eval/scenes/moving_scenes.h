@@ -25,14 +25,14 @@ struct MovingScene {
   double clearance = 0;                       // [m]
   double seconds = 1;                         // duration
   std::function<Pose(double)> way_W, hand_W;  // pose at time t [s]
-  /// Whether a free tool at X_WT is on the same side of every object as the free path.
+  /// True if a free tool at X_WT is on the same side of every object as the free path.
   std::function<bool(const Pose& X_WT, std::span<const Pose> X_WO)> is_on_side;
 };
 
 /// Poses of the objects at time t [s].
 std::vector<Pose> object_poses(const MovingScene& scene, double t);
 
-/// Whether the path is free with its clearance: at each sample the thick tool intersects nothing
+/// True if the path is free with its clearance: at each sample the thick tool intersects nothing
 /// (CGAL's exact predicates) and is on the right side, and between samples no point of tool and
 /// objects moves by more than the clearance allows.
 bool has_free_way(const MovingScene& scene);

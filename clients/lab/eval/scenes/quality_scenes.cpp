@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "clients/lab/support/soups.h"
 #include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 
@@ -245,8 +246,7 @@ double spacing_of(QualityScene scene, const QualityGrain& grain) {
 
 QualityBodies bodies_of(QualityScene scene, const QualityGrain& grain) {
   const uint32_t around = 64 * grain.fineness;
-  Soup plate = make_box({60e-3, 60e-3, 10e-3});
-  for (Vec3& v : plate.vertices) v.z -= 5e-3;
+  const Soup plate = lowered(make_box({60e-3, 60e-3, 10e-3}), 5e-3);
   switch (scene) {
     case QualityScene::kConeOnPlane: {
       const double half = 0.5 * kConeHeight;
@@ -268,12 +268,11 @@ QualityBodies bodies_of(QualityScene scene, const QualityGrain& grain) {
           make_peg({kPegDiameter, 2 * kPegHalf, grid})};
 }
 
-std::vector<Row> judge_quality(QualityScene scene, const WrenchAt& wrench_at, size_t samples,
-                               const QualityGoals& goals, const std::string& case_name) {
-  Rows rows(case_name, goals.are_judged);
+void judge_quality(QualityScene scene, const WrenchAt& wrench_at, size_t samples,
+                   const QualityGoals& goals, const std::string& case_name, const Rows& all) {
+  Rows rows = all.of(case_name, goals.are_judged);
   constexpr std::array kJudges{judge_cone, judge_sphere, judge_cube, judge_peg};
   kJudges[static_cast<size_t>(scene)](wrench_at, samples, goals, rows);
-  return rows.rows();
 }
 
 }  // namespace haptic

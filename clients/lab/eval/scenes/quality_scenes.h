@@ -64,7 +64,7 @@ struct QualityGoals {
 /// Leads the tool through a scene and reports the deviations from symmetry. Noise is the RMS of F
 /// minus its moving average over 21 samples, relative to mean |F|, with F in a frame that turns
 /// with the ideal force.
-std::vector<Row> judge_quality(QualityScene scene, const WrenchAt& wrench_at, size_t samples,
-                               const QualityGoals& goals, const std::string& case_name);
+void judge_quality(QualityScene scene, const WrenchAt& wrench_at, size_t samples,
+                   const QualityGoals& goals, const std::string& case_name, const Rows& all);
 
 }  // namespace haptic

@@ -8,6 +8,7 @@
 
 #include "clients/lab/eval/scenes/scan_work.h"
 #include "clients/lab/support/dice.h"
+#include "clients/lab/support/soups.h"
 #include "proto/math/units.h"
 
 namespace haptic {
@@ -19,21 +20,17 @@ class Way {
   Way(const Vec3& start, uint64_t ticks) : ticks_(ticks), at_{start} {}
   bool ends() const { return at_.size() >= ticks_; }
 
-  /// Straight with minimum jerk (Flash & Hogan 1985) at that mean speed [m/s].
-  void reach(const Vec3& to, double speed) {
+  /// Straight at that mean speed [m/s], with minimum jerk (Flash & Hogan 1985) or at constant
+  /// speed.
+  void reach(const Vec3& to, double speed, bool is_smooth = true) {
     const Vec3 from = at_.back();
     const double n = std::ceil(std::max(norm(to - from) / speed / kTick, 1.0));
     for (double k = 1; k <= n; ++k) {
-      const double s = k / n;
-      at_.push_back(from + (s * s * s * (10 + s * (6 * s - 15))) * (to - from));
+      const double s = k / n, share = is_smooth ? s * s * s * (10 + s * (6 * s - 15)) : s;
+      at_.push_back(from + share * (to - from));
     }
   }
-  /// Straight at constant speed.
-  void run(const Vec3& to, double speed) {
-    const Vec3 from = at_.back();
-    const double n = std::ceil(std::max(norm(to - from) / speed / kTick, 1.0));
-    for (double k = 1; k <= n; ++k) at_.push_back(from + (k / n) * (to - from));
-  }
+  void run(const Vec3& to, double speed) { reach(to, speed, false); }
   void stay(double seconds) {
     at_.resize(at_.size() + static_cast<size_t>(seconds / kTick), at_.back());
   }
@@ -73,9 +70,9 @@ std::string name_of(RestHand hand) {
 
 Soup make_spiky_sphere(uint32_t f, double roughness, uint64_t seed) {
   Dice dice(seed);
-  Soup soup = make_geodesic(f);
-  for (Vec3& v : soup.vertices) v = kRestRadius * dice.uniform(1 - roughness, 1 + roughness) * v;
-  return soup;
+  return mapped(make_geodesic(f), [&](const Vec3& v) {
+    return kRestRadius * dice.uniform(1 - roughness, 1 + roughness) * v;
+  });
 }
 
 ToolPath rest_path(RestHand hand, double surface, uint64_t ticks, uint64_t seed) {

@@ -31,7 +31,8 @@ Soup make_spiky_sphere(uint32_t f, double roughness, uint64_t seed);
 /// on n³ cubes.
 Soup make_gyroid(uint32_t n);
 
-/// Such a hand for `ticks` ticks of 1 ms, starting outside. `surface`: mean radius [m].
+/// The path of such a hand for `ticks` ticks of 1 ms, which starts outside. `surface`: mean radius
+/// [m].
 ToolPath rest_path(RestHand hand, double surface, uint64_t ticks, uint64_t seed);
 
 }  // namespace haptic

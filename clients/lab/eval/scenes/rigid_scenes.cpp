@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "clients/lab/eval/scenes/scan_work.h"
+#include "clients/lab/support/soups.h"
 #include "contact/shape/parts/machine_parts.h"
 #include "proto/math/units.h"
 
@@ -19,18 +20,12 @@ RigidScene rigid_scene(std::string name, Soup object, Soup tool) {
   using Both = std::pair<MeshShapeData, MeshShapeData>;
   const auto both =
       std::make_shared<const Both>(build_shape(std::move(object)), build_shape(std::move(tool)));
-  RigidScene scene;
-  scene.name = std::move(name);
-  scene.object = both->first.view();
-  scene.tool = both->second.view();
-  scene.storage = both;
-  return scene;
+  return {std::move(name), both->first.view(), both->second.view(), both, {}, {}};
 }
 
 RigidScene box_on_plate() {
-  Soup plate = make_box({0.2, 0.2, 0.02});
-  for (Vec3& v : plate.vertices) v.z -= 0.01;
-  RigidScene scene = rigid_scene("box on plate", plate, make_box({0.02, 0.02, 0.02}));
+  RigidScene scene = rigid_scene("box on plate", lowered(make_box({0.2, 0.2, 0.02}), 0.01),
+                                 make_box({0.02, 0.02, 0.02}));
   scene.home.p.z = 11 * kMm;
   scene.shaking = {kMm * Vec3{20, 20, 4}, {0.2, 0.2, 0.4}, kMm * Vec3{0, 0, -2}};
   return scene;
@@ -48,10 +43,7 @@ std::optional<RigidScene> bunny_on_bunny(const std::string& meshes) {
   const std::string file = meshes + "/bunny00.off";
   if (!std::filesystem::exists(file)) return std::nullopt;
   const auto bunny = std::make_shared<const BakedShape>(bake_scan(file, 0.1));
-  RigidScene scene;
-  scene.name = "bunny on bunny";
-  scene.object = scene.tool = bunny->shape;
-  scene.storage = bunny;
+  RigidScene scene{"bunny on bunny", bunny->shape, bunny->shape, bunny, {}, {}};
   const double high = scene.object.mesh.upper.y - scene.tool.mesh.lower.y;
   scene.home.p.y = lowest_free(scene.object, scene.tool, 0, high) + 0.1 * kMm;
   scene.shaking = {kMm * Vec3{20, 5, 20}, {0.3, 0.3, 0.3}, kMm * Vec3{0, -4, 0}};

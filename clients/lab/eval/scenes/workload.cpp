@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/eval/scenes/workload.h"
-#include "proto/math/units.h"
 
 #include <array>
 #include <charconv>
 #include <stdexcept>
+
+#include "clients/lab/support/soups.h"
+#include "proto/math/units.h"
 
 namespace haptic {
 namespace {
@@ -58,15 +60,13 @@ double bumpy_radius(const Vec3& u) {
 }
 
 Soup make_height_field(uint32_t n) {
-  Soup soup = make_grid(kFieldHalf, n);
-  for (Vec3& v : soup.vertices) v.z = field_height(v.x, v.y);
-  return soup;
+  return mapped(make_grid(kFieldHalf, n), [](const Vec3& v) {
+    return Vec3{v.x, v.y, field_height(v.x, v.y)};
+  });
 }
 
 Soup make_bumpy_sphere(uint32_t f) {
-  Soup soup = make_geodesic(f);
-  for (Vec3& u : soup.vertices) u = bumpy_radius(u) * u;
-  return soup;
+  return mapped(make_geodesic(f), [](const Vec3& u) { return bumpy_radius(u) * u; });
 }
 
 Vec3 field_slide(double t, double tool_radius) {

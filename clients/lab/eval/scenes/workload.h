@@ -67,7 +67,7 @@ struct EvalWork {
 /// for any other name, and for n or f outside 1 to 1500.
 EvalWork make_eval_work(const std::string& name, double tool_radius);
 
-/// Whether a name is one of make_eval_work(); otherwise it is a file.
+/// True if a name is one of make_eval_work(); otherwise it is a file.
 bool is_eval_work(const std::string& name);
 /// Their names, for a message: "hf:N, … with N from 1 to 1500".
 std::string eval_work_names();

@@ -30,9 +30,9 @@ constexpr double kTorqueLimit = 1;  // of the device, which holds the torque tha
 
 /// The proxy may move half the band of the field while it waits for contact (max_travel): enough to
 /// follow a hand of this speed with contacts at 50 Hz, which are 21 ticks old at most.
-void set_band(double speed, VoxelConfig& voxel) {
+double least_band(double speed) {
   constexpr double kMostAge = 21 * kTick, kReserve = 1.3;
-  voxel.band = std::max(voxel.band, 2 * kReserve * kMostAge * speed);
+  return 2 * kReserve * kMostAge * speed;
 }
 
 /// From just above the surface to the depth, smoothly [m].
@@ -56,15 +56,9 @@ const std::vector<JudgedRenderer>& slow_renderers() {
 }
 
 SlowScene ball_over_ball(uint32_t fineness) {
-  SlowScene slow;
-  FreeScene& scene = slow.scene;
-  scene.name = "ball over ball";
-  scene.config = scene_session(1);
-  set_voxels(kMm, 0, scene.config.voxel);
-  set_band(kSpeed, scene.config.voxel);
-  scene.objects = {make_icosphere(kObjectRadius, fineness)};
-  scene.tool = make_icosphere(kToolRadius, fineness - 1);
-  bake_scene(scene);
+  SlowScene slow{make_free_scene("ball over ball", {make_icosphere(kObjectRadius, fineness)},
+                                 make_icosphere(kToolRadius, fineness - 1),
+                                 {kMm, 0, least_band(kSpeed)})};
   slow.hand = {
       "slides", [](double t) {
         // askew to the meshes, so that the way follows no edges
@@ -79,16 +73,12 @@ SlowScene ball_over_ball(uint32_t fineness) {
 }
 
 SlowScene off_an_edge(bool with_box) {
-  SlowScene slow;
-  FreeScene& scene = slow.scene;
-  scene.name = with_box ? "box off an edge" : "ball off an edge";
-  scene.config = scene_session(1);
-  set_voxels(kMm, 0, scene.config.voxel);
-  set_band(kEdgeSpeed, scene.config.voxel);
-  scene.objects = {make_box({2 * kBlockHalf, 4 * kBlockHalf, kBlockHeight})};
   const double half = 3 * kMm;
-  scene.tool = with_box ? make_box({2 * half, 2 * half, 2 * half}) : make_icosphere(half, 3);
-  bake_scene(scene);
+  SlowScene slow{
+      make_free_scene(with_box ? "box off an edge" : "ball off an edge",
+                      {make_box({2 * kBlockHalf, 4 * kBlockHalf, kBlockHeight})},
+                      with_box ? make_box({2 * half, 2 * half, 2 * half}) : make_icosphere(half, 3),
+                      {kMm, 0, least_band(kEdgeSpeed)})};
   slow.hand = {"slides off", [half](double t) {
                  const double x = kEdgeSpeed * std::max(t - kPressTime - 0.02, 0.0);
                  return Pose{{x, 0, 0.5 * kBlockHeight + half - pressed(t)}, {}};
@@ -143,46 +133,43 @@ uint64_t ghost_ticks(const SlowScene& scene, const SlowRun& run) {
   return ghosts;
 }
 
-std::vector<Row> eval_slow_contact(const SlowEval& eval) {
-  Rows rows = machine_rows("slow-contact");
+void eval_slow_contact(const SlowEval& eval, const Rows& all) {
+  all.machine("slow-contact");
   Progress progress("eval slow-contact", 3 * static_cast<double>(slow_renderers().size()));
   const SlowScene ball = ball_over_ball(eval.fineness);
   for (const JudgedRenderer& renderer : slow_renderers()) {
-    Rows of_this(renderer.name + ", over a ball");
+    Rows rows = all.of(renderer.name + ", over a ball");
     const SlowRun fresh = run_slowly(ball, renderer, 1);
     for (const uint32_t period : {1u, 5u, 10u, 20u}) {
       const Slowness found = compare_runs(ball, fresh, run_slowly(ball, renderer, period));
       const std::string at = " at " + std::to_string(1000 / period) + " Hz";
-      of_this.add({{"force, mean" + at, found.mean, "N"},
-                   {"error, root mean square" + at, found.error, "N"}});
+      rows.add({{"force, mean" + at, found.mean, "N"},
+                {"error, root mean square" + at, found.error, "N"}});
       const bool is_goal = renderer.is_smooth && period == 20;
-      of_this.at_most("force above 50 Hz, root mean square" + at, found.rough, "N",
-                      goal_if(is_goal, kMostRough));
+      rows.at_most("force above 50 Hz, root mean square" + at, found.rough, "N",
+                   goal_if(is_goal, kMostRough));
     }
-    rows.append(of_this.rows());
     progress.step();
   }
   for (const bool with_box : {false, true}) {
     const SlowScene edge = off_an_edge(with_box);
     for (const JudgedRenderer& renderer : slow_renderers()) {
-      Rows of_this(renderer.name + ", " + edge.scene.name);
       const SlowRun fresh = run_slowly(edge, renderer, 1);
       uint64_t ghosts = 0;
       for (uint32_t late = 0; late < eval.phases; ++late) {
         ghosts += ghost_ticks(edge, run_slowly(edge, renderer, 20, late));
       }
-      of_this.add({{"ticks felt on the block",
-                    std::count(fresh.is_felt.begin(), fresh.is_felt.end(), true)},
-                   {"ticks felt past it, contacts up to 20 ms old", ghosts, "", kMustBeZero}});
-      rows.append(of_this.rows());
+      all.of(renderer.name + ", " + edge.scene.name)
+          .add({{"ticks felt on the block",
+                 std::count(fresh.is_felt.begin(), fresh.is_felt.end(), true)},
+                {"ticks felt past it, contacts up to 20 ms old", ghosts, "", kMustBeZero}});
       progress.step();
     }
   }
-  return rows.rows();
 }
 
 Measured suite_slow_contact(Command&) {
-  return [] { return eval_slow_contact({}); };
+  return measured(eval_slow_contact, std::make_shared<SlowEval>());
 }
 
 }  // namespace haptic

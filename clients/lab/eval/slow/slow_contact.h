@@ -15,7 +15,7 @@ const std::vector<JudgedRenderer>& slow_renderers();
 /// A tool on an object, and the hand that leads it.
 struct SlowScene {
   FreeScene scene;
-  FreeHand hand;
+  FreeHand hand = {};
   uint64_t first = 0, ticks = 0;  // of the ticks that are judged, and all
   double leaves = 0;              // x from which on the tool touches nothing [m]
 };
@@ -27,7 +27,7 @@ SlowScene ball_over_ball(uint32_t fineness);
 /// A tool slid off a block at 0.5 m/s, at x = 20 mm: a box, or else a ball.
 SlowScene off_an_edge(bool with_box);
 
-/// What a session felt in each tick, the answer of a contact step being used from the tick after it
+/// The force of a session in each tick. The answer of a contact step is used from the tick after it
 /// until the next one.
 struct SlowRun {
   std::vector<Vec3> force_W;  // of the coupling
@@ -37,7 +37,7 @@ struct SlowRun {
 SlowRun run_slowly(const SlowScene& scene, const JudgedRenderer& renderer, uint32_t period,
                    uint32_t late = 0);
 
-/// How much a session with slow contact differs from one whose contact steps in every tick.
+/// The difference of a session with slow contact from one whose contact steps in every tick.
 struct Slowness {
   double error = 0;  // of the force, root mean square [N]
   double rough = 0;  // force above 50 Hz, root mean square [N]
@@ -56,6 +56,6 @@ struct SlowEval {
 };
 
 /// `hapt eval slow-contact`: contacts throttled to 50, 100, 200 and 1000 Hz.
-std::vector<Row> eval_slow_contact(const SlowEval& eval);
+void eval_slow_contact(const SlowEval& eval, const Rows& all);
 
 }  // namespace haptic

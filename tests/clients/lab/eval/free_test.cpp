@@ -19,7 +19,9 @@ TEST_CASE("eval free: no renderer without mass is felt where nothing is", "[lab]
   eval.ticks = sweep(80);
   eval.ages = {1, 20};
   eval.all_scenes = false;
-  for (const Row& row : eval_free(eval)) {
+  const Rows rows;
+  eval_free(eval, rows);
+  for (const Row& row : rows.rows()) {
     CAPTURE(row.case_name, row.metric, row.value, row.note);
     CHECK(row.holds.value_or(true));
     // the slaps do reach the object

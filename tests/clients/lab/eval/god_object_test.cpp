@@ -80,7 +80,7 @@ void check_slide(const Proxy& proxy, double stiffness, const Soup& plane, double
   CHECK(ripple <= tol(1e-5));
 }
 
-/// Whether the tool is behind the plane of a contact in the set, for an object at the origin.
+/// True if the tool is behind the plane of a contact in the set, for an object at the origin.
 bool is_behind_a_plane(const ServoFrame& f, const ContactSet& set, double radius) {
   return std::any_of(
       set.contacts.begin(), set.contacts.begin() + set.n_contacts,

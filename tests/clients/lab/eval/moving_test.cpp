@@ -168,7 +168,9 @@ TEST_CASE("eval moving: no tool changes sides, and no force pulls across an obje
   }
   CHECK(kinds.size() == std::min<size_t>(eval.scenes, 5));
   size_t judged = 0;
-  for (const Row& row : eval_moving(eval)) {
+  const Rows rows;
+  eval_moving(eval, rows);
+  for (const Row& row : rows.rows()) {
     CAPTURE(row.case_name, row.metric, row.value, row.note);
     CHECK(row.holds != false);
     judged += row.holds.has_value();

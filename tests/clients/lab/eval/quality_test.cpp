@@ -38,7 +38,9 @@ Wrench ideal(QualityScene scene, const Pose& X_WT) {
 }
 
 std::vector<Row> judged_quality(QualityScene scene, const WrenchAt& wrench_at) {
-  return judge_quality(scene, wrench_at, kSamples, {}, "judge");
+  const Rows rows;
+  judge_quality(scene, wrench_at, kSamples, {}, "judge", rows);
+  return rows.rows();
 }
 
 /// Number of goals missed by a falsified answer.
@@ -61,7 +63,9 @@ double figure(const std::vector<Row>& rows, const std::string& metric) {
 std::vector<Row> short_form(QualityScene scene, size_t renderer) {
   const test::TemporaryCache cache;
   const QualityShapes shapes = bake_quality(scene, kCoarse);
-  return eval_quality(scene, quality_renderers()[renderer], shapes, kCoarse);
+  const Rows rows;
+  eval_quality(scene, quality_renderers()[renderer], shapes, kCoarse, rows);
+  return rows.rows();
 }
 
 constexpr size_t kDirect6 = 0, kFieldDirect = 1, kFieldQuasiStatic = 2;

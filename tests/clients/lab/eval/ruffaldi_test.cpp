@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "clients/lab/eval/renderer.h"
+#include "clients/lab/eval/mesh/renderer.h"
 #include "tests/support/hostile_text.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
@@ -27,8 +27,8 @@ TEST_CASE("traj: seven or six numbers a line, comments and commas", "[lab]") {
   CHECK(seven[1].force_O == Vec3{7, 8, 9});
   const auto six = parse_traj("1 2 3 4 5 6\n1 2 3 4 5 6", "a");
   CHECK(six[1].t == 0.001);
-  // written and read back to the last bit
-  const auto again = parse_traj(write_traj({{0.1, {1.0 / 3, -2e-9, 3e5}, {1e-300, 0, -0.1}}}), "a");
+  // read to the last bit
+  const auto again = parse_traj("0.1 0.33333333333333331 -2e-9 3e5 1e-300 0 -0.1", "a");
   CHECK(again[0].p_O == Vec3{1.0 / 3, -2e-9, 3e5});
   CHECK(again[0].force_O == Vec3{1e-300, 0, -0.1});
 }

@@ -17,7 +17,7 @@ constexpr int64_t kTickNs = 1'000'000;
 constexpr double kPush = 3;         // a hand that pushes [N]
 constexpr double kMoving = 0.5e-3;  // a body that moves [m/s]
 
-/// How late the ticks of a run are.
+/// The lateness of the ticks of a run.
 struct Lateness {
   double share = 0;      // of the ticks that are late
   int64_t most_ns = 0;   // late by up to this

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kT = 1e-3;
 
-/// Of one axis: a mass or an inertia, and what goes with it.
+/// One axis: a mass or an inertia, with its damping and the like.
 struct Axis {
   double mass = 0, damping = 0;  // of the virtual body
   double hand_stiffness = 0, hand_damping = 0, hand_mass = 0;

@@ -22,8 +22,8 @@ namespace {
 
 using namespace test;
 
-/// Of nobody's hand: along x it is shaken where it is, and turned at other frequencies; while the
-/// others stand still it is pressed.
+/// The wrench on a handle in nobody's hand: along x it shakes it where it is, and turns it at other
+/// frequencies; while the others stand still it presses it.
 Wrench shake(double t) {
   if (t > kStandsFrom && t < kStandsFrom + kHeld) return {{-0.2, 0, 0}, {0, 0, 1e-3}};
   const double w = 2 * std::numbers::pi * t;
@@ -78,7 +78,8 @@ struct Scene {
   }
 };
 
-/// What no hand can make unstable: below 2 (b − b_c)/T and 2c/Δ, moving and turning.
+/// True if no hand can make the coupling unstable: it is below 2 (b − b_c)/T and 2c/Δ, moving and
+/// turning.
 bool is_safe(const SessionConfig& config) {
   const SimulatedHandConfig& hand = config.device.hand;
   const Coupling& k = config.coupling;

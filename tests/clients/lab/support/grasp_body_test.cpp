@@ -172,7 +172,7 @@ TEST_CASE("grasp: a resting hand does not notice that sim stands still or dies",
   hang_still(pushed, damping);
   const double before = lockstep.frame().F_coupling_W.f.x;
   CHECK(before == Approx(kHanging * kGravity).epsilon(0.01));
-  is_killed ? lockstep.kill_sim() : lockstep.stop_sim();
+  lockstep.stop_sim();
   double most = most_change(lockstep, before, outage);
   is_killed ? lockstep.restart_sim() : lockstep.continue_sim();
   most = std::max(most, most_change(lockstep, before, 1500));
@@ -188,7 +188,7 @@ TEST_CASE("grasp: a resting hand does not notice that a new sim's segment is map
   Lockstep& lockstep = pushed.lockstep;
   hang_still(pushed, 2);
   const double before = lockstep.frame().F_coupling_W.f.x;
-  lockstep.kill_sim();
+  lockstep.stop_sim();
   felt(lockstep, 40);
   lockstep.restart_sim(ticks);
   CHECK(most_change(lockstep, before, 1500) <= 0.1);
@@ -238,7 +238,7 @@ TEST_CASE("grasp: what the hand pulls while sim is away does not throw the body"
   Pushed pushed(session, unstoppable_hand());
   Lockstep& lockstep = pushed.lockstep;
   felt(lockstep, 500);
-  lockstep.kill_sim();
+  lockstep.stop_sim();
   felt(lockstep, 25);
   pushed.hand.move_at(-0.3);
   felt(lockstep, outage);

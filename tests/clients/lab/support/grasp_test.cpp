@@ -163,9 +163,9 @@ TEST_CASE("grasp: what the hand gives is what the body has, whoever is killed me
   CAPTURE(kill, kills_contact, latency);
   double given = 0;
   for (int k = 0; k < 600; ++k) {
-    if (k == 220 && kill > 0) lockstep.kill_sim();
+    if (k == 220 && kill > 0) lockstep.stop_sim();
     if (k == 220 + kill && kill > 0) lockstep.restart_sim();
-    if (k == 300 && kills_contact) lockstep.kill_contact();
+    if (k == 300 && kills_contact) lockstep.stop_contact();
     if (k == 340 && kills_contact) lockstep.restart_contact();
     REQUIRE(lockstep.step());
     given -= 1e-3 * lockstep.frame().F_coupling_W.f.x;
@@ -235,7 +235,7 @@ TEST_CASE("grasp: contact is killed while the body is held: its rows fade, and n
   Lockstep& lockstep = pushed.lockstep;
   std::vector<double> force;
   for (int k = 0; k < 900; ++k) {
-    if (k == 400) lockstep.kill_contact();
+    if (k == 400) lockstep.stop_contact();
     if (k == 600) lockstep.restart_contact();
     REQUIRE(lockstep.step());
     force.push_back(lockstep.frame().F_coupling_W.f.x);
@@ -259,7 +259,7 @@ TEST_CASE("grasp: sim is killed while the body is held: it is carried again", "[
   Lockstep& lockstep = pushed.lockstep;
   double before = 0, fastest = 0, most = 0;
   for (int k = 0; k < 1500; ++k) {
-    if (k == 220) lockstep.kill_sim();
+    if (k == 220) lockstep.stop_sim();
     if (k == 220 + away) lockstep.restart_sim();
     REQUIRE(lockstep.step());
     const double force = std::fabs(lockstep.frame().F_coupling_W.f.x);

@@ -45,7 +45,7 @@ inline double kinetic_energy(const SimulatedHandConfig& c, const HandPlant& plan
          2;
 }
 
-/// What happened in a run.
+/// Figures of a run.
 struct Run {
   std::vector<Account> accounts;
   std::vector<double> kinetic;   // of handle and hand [J]

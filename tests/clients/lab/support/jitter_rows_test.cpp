@@ -24,7 +24,13 @@ JitterRound make_round(int64_t own_ns, int64_t peer_ns, int64_t hybrid_ns) {
   return round;
 }
 
-const Row& find(const Rows& rows, const std::string& metric) {
+Rows made_of(const std::vector<JitterRound>& rounds) {
+  Rows rows;
+  add_jitter_rows(rounds, rows);
+  return rows;
+}
+
+Row find(const Rows& rows, const std::string& metric) {
   const auto row = std::find_if(rows.rows().begin(), rows.rows().end(),
                                 [&](const Row& r) { return r.metric == metric; });
   REQUIRE(row != rows.rows().end());
@@ -40,13 +46,13 @@ bool has(const Rows& rows, const std::string& metric) {
 
 TEST_CASE("jitter rows: the ratio is the median of the pairs' ratios, not of the sums") {
   // ratios 1, 1 and 4
-  const Rows rows = make_jitter_rows(
-      {make_round(100, 100, 10), make_round(200, 200, 10), make_round(160, 40, 10)});
-  const Row& p50 = find(rows, "wake p50 / cyclictest's, median of the pairs");
+  const Rows rows =
+      made_of({make_round(100, 100, 10), make_round(200, 200, 10), make_round(160, 40, 10)});
+  const Row p50 = find(rows, "wake p50 / cyclictest's, median of the pairs");
   CHECK(p50.value == Approx(1));
   CHECK(p50.goal == 1.25);
   CHECK(p50.holds == true);
-  const Row& own = find(rows, "wake p50, median of the pairs");
+  const Row own = find(rows, "wake p50, median of the pairs");
   CHECK(own.value == Approx(160e-9));
   CHECK(own.peer == "cyclictest");
   CHECK(own.peer_value.value() == Approx(100e-9));
@@ -56,7 +62,7 @@ TEST_CASE("jitter rows: the ratio is the median of the pairs' ratios, not of the
 }
 
 TEST_CASE("jitter rows: a loop later than its goals misses them") {
-  const Rows rows = make_jitter_rows({make_round(130, 100, 1100), make_round(260, 100, 1100)});
+  const Rows rows = made_of({make_round(130, 100, 1100), make_round(260, 100, 1100)});
   CHECK(find(rows, "wake p50 / cyclictest's, median of the pairs").holds == false);
   CHECK(find(rows, "wake p99 / cyclictest's, median of the pairs").holds == true);
   CHECK(find(rows, "hybrid: wake p99, median of the pairs").holds == false);
@@ -65,9 +71,9 @@ TEST_CASE("jitter rows: a loop later than its goals misses them") {
 
 TEST_CASE("jitter rows: late wakes that the witness did not share are the loop's own") {
   std::vector<JitterRound> rounds{make_round(100, 100, 10), make_round(100, 100, 10)};
-  CHECK(find(make_jitter_rows(rounds), "share of them shared").holds == true);
+  CHECK(find(made_of(rounds), "share of them shared").holds == true);
   rounds[1].sleep.witness.late_wakes.clear();
-  const Rows rows = make_jitter_rows(rounds);
+  const Rows rows = made_of(rounds);
   CHECK(find(rows, "wakes later than 200 µs").value == 2);
   CHECK(find(rows, "share of them shared").value == Approx(0.5));
   CHECK(find(rows, "share of them shared").holds == false);
@@ -77,11 +83,11 @@ TEST_CASE("jitter rows: late wakes that the witness did not share are the loop's
 TEST_CASE("jitter rows: without rights nothing is judged, without a peer nothing is compared") {
   std::vector<JitterRound> rounds{make_round(900, 100, 5000)};
   rounds[0].sleep.servo.rights.fifo_errno = 1;
-  CHECK(all_hold(make_jitter_rows(rounds).rows()));
+  CHECK(all_hold(made_of(rounds).rows()));
   rounds[0].sleep.servo.rights.fifo_errno = 0;
   rounds[0].peer = {};
   rounds[0].peer.problem = "no cyclictest";
-  const Rows rows = make_jitter_rows(rounds);
+  const Rows rows = made_of(rounds);
   CHECK(peer_problem_of(rounds) == "no cyclictest");
   CHECK(find(rows, "peer").note == "no cyclictest");
   CHECK(!find(rows, "wake p50, median of the pairs").peer_value.has_value());

@@ -36,7 +36,7 @@ class LedSession {
   void run(int ticks) {
     for (int k = 0; k < ticks; ++k) REQUIRE(lockstep->step());
   }
-  /// With a command sixty times a second.
+  /// Leads the tool with a command sixty times a second.
   void lead(const Vec3& tool_W, int ticks) {
     ControlFrame& control = lockstep->control();
     control.leading = 1;

@@ -95,7 +95,8 @@ JudgedBody judged_mesh(uint32_t object, const TriangleMesh& mesh, const BodyConf
   return body;
 }
 
-/// What spring and detents of a joint store at q [J], the detents' table taken as straight lines.
+/// The energy that spring and detents of a joint store at q [J]; the detents' table is taken as
+/// straight lines.
 double stored_in(const JointConfig& joint, double q) {
   double sum = 0.5 * joint.stiffness * (q - joint.rest) * (q - joint.rest);
   for (uint32_t i = 0; i + 1 < joint.n_detents; ++i) {
@@ -107,8 +108,8 @@ double stored_in(const JointConfig& joint, double q) {
   return sum;
 }
 
-/// How far the pin of gearshift lies outside of neutral, 1.5 mm to either side of it, and of both
-/// lanes, 0.5 mm [m].
+/// The distance of the pin of gearshift from neutral, which is 1.5 mm to either side, and from both
+/// lanes, which are 0.5 mm to either side [m].
 double outside_of_lanes(double x, double z) {
   return std::min(std::fabs(z) - 1.5e-3, std::fabs(std::fabs(x) - 25e-3) - 0.5e-3);
 }

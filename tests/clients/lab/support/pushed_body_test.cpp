@@ -108,7 +108,7 @@ TEST_CASE("pushed body: what the hand gives is what the body has, whoever is kil
   CAPTURE(kill, kills_servo, latency);
   double given = 0, forgotten_before = 0;
   for (int k = 0; k < 900; ++k) {
-    if (k == 220 && kill > 0) lockstep.kill_sim();
+    if (k == 220 && kill > 0) lockstep.stop_sim();
     if (k == 220 + kill && kill > 0) lockstep.restart_sim();
     if (k == 260 && kills_servo) {
       // said in the servo's last frame, and by sim how much of it has been taken up

@@ -55,8 +55,7 @@ EmulatedDeviceOptions device_in(const HandImpedance& hand, const SixScene& scene
   return options;
 }
 
-/// How far the wrench of a record's currents, at the pose that the server knew, is from what was
-/// commanded.
+/// The wrench of a record's currents at the pose that the server knew, less the commanded one.
 Wrench missed(const EmulatorRecord& record, const Wrench& commanded_B) {
   MotorEfforts amperes;
   for (size_t i = 0; i < amperes.size(); ++i) amperes[i] = 1e-3 * record.currents[i];

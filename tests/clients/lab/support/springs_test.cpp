@@ -37,7 +37,7 @@ double size_of(const Springs& k, const Wrench& F) {
   return std::sqrt(norm_squared(F.f) + k.translational / k.rotational * norm_squared(F.t));
 }
 
-/// What a contact pushes with per newton, about the tool's origin at X_WG, and its gap.
+/// The row of a contact: its push per newton, about the tool's origin at X_WG, and its gap.
 struct Row {
   Wrench push;
   double gap;  // after a motion from X_WG [m]
@@ -79,8 +79,8 @@ std::optional<Wrench> rest_of(const Springs& k, const Wrench& F, const std::vect
   return rest;
 }
 
-/// How far the force F of the springs is from what the rows can push with, in K⁻¹ [N]: the least
-/// over all sets of them.
+/// The distance of the force F of the springs from all that the rows can push with, in K⁻¹ [N]: the
+/// least over all sets of them.
 double out_of_cone(const Springs& k, const Wrench& F, const std::vector<Row>& rows) {
   REQUIRE(rows.size() < 10);
   double least = size_of(k, F);
@@ -94,7 +94,7 @@ double out_of_cone(const Springs& k, const Wrench& F, const std::vector<Row>& ro
   return least;
 }
 
-/// What is left of the KKT conditions at the motion a from X_WG, with the hand at a_u.
+/// The residual of the KKT conditions at the motion a from X_WG, with the hand at a_u.
 struct Residual {
   double stationarity;  // |K (a − a_u) − Σ λ J| over |K (a − a_u)|, both in K⁻¹
   double overlap;       // of the worst row [m]
@@ -111,7 +111,7 @@ Residual residual_of(const Springs& k, const Twist& a, const Twist& hand, const 
   return {out_of_cone(k, F, rows) / size_of(k, F), overlap};
 }
 
-/// How far a wrench has grown from the one before: its distance from all that is less of that.
+/// The growth of a wrench from the one before: its distance from every smaller share of that.
 double growth(const Vec3& before, const Vec3& now) {
   const double along = norm_squared(before) > 0 ? dot(now, before) / norm_squared(before) : 0;
   return norm(now - std::clamp(along, 0.0, 1.0) * before);

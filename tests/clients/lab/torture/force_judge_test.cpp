@@ -68,7 +68,7 @@ Records account_at(const Arm& arm, const MotorCounts& counts,
   return out;
 }
 
-/// With force as a share of the spring.
+/// Records of a force that is this share of the spring.
 Records account(const std::function<double(double)>& share, double depth = kDepth) {
   return account_at(woodenhaptics_arm(), counts_at(depth), [&](double t) {
     return Wrench{{0, 0, share(t) * spring_at(depth)}, {}};
@@ -445,8 +445,8 @@ ForceRules torque_rules() {
   return rules;
 }
 
-/// The same of a device with six motors, whose handle is turned a little about all axes: force and
-/// torque as shares of their springs.
+/// A pressing hand on a device with six motors, whose handle is turned a little about all axes:
+/// force and torque as shares of their springs.
 Records account_of_six(const std::function<double(double)>& force,
                        const std::function<double(double)>& torque) {
   const ForceRules rules = torque_rules();

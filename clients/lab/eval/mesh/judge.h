@@ -50,7 +50,7 @@ class EvalJudge {
   void begin(bool overlaps) { began_overlapping_ = overlaps; }
   bool began_overlapping() const { return began_overlapping_; }
 
-  std::vector<Row> rows(const std::string& name, const EvalGoals& goals) const;
+  void add_rows(const std::string& name, const EvalGoals& goals, const Rows& all) const;
 
   struct Found {
     uint64_t ticks = 0, touching = 0, jammed = 0, longest_jam = 0, longest_stuck = 0, lost = 0;

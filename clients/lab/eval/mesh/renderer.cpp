@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/eval/renderer.h"
+#include "clients/lab/eval/mesh/renderer.h"
 
 #include <memory>
-#include <variant>
 
-#include "clients/lab/eval/friction.h"
-#include "clients/lab/eval/oracle/sphere_oracle.h"
+#include "clients/lab/eval/mesh/friction.h"
+#include "clients/lab/eval/oracle/oracle.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "clients/report/plot_svg.h"
@@ -15,8 +14,6 @@
 
 namespace haptic {
 namespace {
-
-using ProxyOracle = std::variant<GodObjectOracle, SphereOracle>;
 
 constexpr double kLockstepError = 1e-6;  // answered within the tick [N]
 constexpr double kLateError = 0.02;      // rms, answered one tick late [N]
@@ -93,7 +90,7 @@ EvalGoals goals_of(const RendererEval& eval, const Subject& subject, bool has_an
   return goals;
 }
 
-/// Whether a tool at p_O overlaps a closed mesh, by every facet.
+/// True if a tool at p_O overlaps a closed mesh, by every facet.
 bool overlaps(const FacetBins& facets, const Vec3& p_O, double radius) {
   const TriangleMesh& mesh = facets.mesh();
   const double far = norm(mesh.upper - mesh.lower);
@@ -117,8 +114,7 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
   Lockstep lockstep(config, shapes, hand, options);
   const FacetBins facets(shape.mesh);
   const double radius = config.renderer == Renderer::kVirtualProxy3 ? config.proxy_radius : 0;
-  ProxyOracle oracle = GodObjectOracle(facets);
-  if (radius > 0) oracle.emplace<SphereOracle>(facets, radius);
+  const std::unique_ptr<ProxyOracle> oracle = make_oracle(facets, radius);
   EvalJudge judge(config.coupling.translational_stiffness);
   Progress progress(name, static_cast<double>(ticks));
   for (uint64_t k = 0; k < ticks && lockstep.step(); ++k) {
@@ -128,11 +124,11 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
     const Vec3& tool = frame.X_WT.p;
     if (k == 0) {
       judge.begin(overlaps(facets, tool, radius));
-      std::visit([&](auto& o) { o.seed(tool); }, oracle);
+      oracle->seed(tool);
     }
-    const OracleAnswer truth = std::visit([&](auto& o) { return o.follow(tool); }, oracle);
+    const OracleAnswer truth = oracle->follow(tool);
     // on a broken mesh the oracle may be trapped: it restarts from the servo's proxy
-    if (!truth.converged) std::visit([&](auto& o) { o.seed(frame.X_WP.p); }, oracle);
+    if (!truth.converged) oracle->seed(frame.X_WP.p);
     JudgedPlace place;
     if (set != nullptr && norm(frame.X_WG.p - truth.proxy_O) < kNearby) {
       place.behind = behind_surface(facets, frame.X_WG.p, radius, kNearby);
@@ -144,7 +140,7 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
   return judge;
 }
 
-std::vector<Row> eval_renderer(const RendererEval& eval) {
+void eval_renderer(const RendererEval& eval, const Rows& all) {
   const Subject subject = open_subject(eval);
   SessionConfig config = plain_session(eval.stiffness);
   config.renderer = eval.renderer;
@@ -168,16 +164,15 @@ std::vector<Row> eval_renderer(const RendererEval& eval) {
       config, subject.shape, *hand, eval.lockstep, ticks,
       [&](const ServoFrame& frame) { friction.add(frame); }, eval.progress);
   const std::string name = case_name(eval);
-  Rows rows = machine_rows(name);
+  Rows rows = all.machine(name);
   rows.note("lockstep", pace_of(eval.lockstep));
   for (const std::string& line : subject.baked.report.lines) rows.note("mesh", line);
   rows.add("triangles", subject.shape.mesh.triangles.size());
   const std::string why = why_no_answer(subject, judge);
   if (!why.empty()) rows.note(kNoAnswer, why);
-  rows.append(judge.rows(name, goals_of(eval, subject, why.empty())));
-  if (is_flat && eval.friction > 0) rows.append(friction.rows(name));
+  judge.add_rows(name, goals_of(eval, subject, why.empty()), all);
+  if (is_flat && eval.friction > 0) friction.add_rows(name, all);
   if (!eval.plot.empty()) plot_judged(eval.plot, name, judge);
-  return rows.rows();
 }
 
 }  // namespace haptic

@@ -2,10 +2,24 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 
 #include "contact/shape/mesh/primitives.h"
 
 namespace haptic {
+
+/// A mesh with each vertex put where `place` puts it.
+Soup mapped(Soup soup, const auto& place) {
+  for (Vec3& v : soup.vertices) v = place(v);
+  return soup;
+}
+
+inline Soup lowered(Soup soup, double by) {
+  return mapped(std::move(soup), [by](const Vec3& v) { return v - Vec3{0, 0, by}; });
+}
+inline Soup scaled(Soup soup, double by) {
+  return mapped(std::move(soup), [by](const Vec3& v) { return by * v; });
+}
 
 /// A surface that closes upon itself both ways, as a torus: n × m points, two triangles a quad.
 Soup make_closed_grid(uint32_t n, uint32_t m, const auto& point) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/lab/eval/renderer.h"
+#include "clients/lab/eval/mesh/renderer.h"
 
 namespace haptic {
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/eval/table.h"
+#include "clients/lab/eval/mesh/table.h"
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/options.h"
 #include "clients/lab/support/columns.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
+#include "clients/report/formatted.h"
 #include "proto/wire/renderer.h"
 
 #include <algorithm>
@@ -39,10 +40,8 @@ const Row* find(const std::vector<Row>& rows, const std::string& metric) {
 
 std::string table_cell(const Row* row) {
   if (row == nullptr) return "";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g%s%s%s", row->value, row->unit.empty() ? "" : " ",
-                row->unit.c_str(), row->holds.value_or(true) ? "" : " !");
-  return text;
+  return formatted("%.2g%s%s%s", row->value, row->unit.empty() ? "" : " ", row->unit.c_str(),
+                   row->holds.value_or(true) ? "" : " !");
 }
 
 }  // namespace
@@ -90,24 +89,25 @@ void print_cases(std::ostream& out, const std::vector<std::vector<Row>>& cases) 
 namespace {
 
 /// One case or several. Throws std::runtime_error for --plot with several.
-Report eval_cases(const EvalTable& table, bool overwrite) {
+void eval_cases(const EvalTable& table, bool overwrite, Report& report) {
   const std::vector<RendererEval> cases = cases_of(table);
   std::vector<std::string> inputs{table.each.trace};
   for (const RendererEval& one : cases) {
     if (!is_eval_work(one.mesh)) inputs.push_back(one.mesh);
   }
   check_outputs({table.each.plot}, inputs, overwrite);
-  if (cases.size() == 1) return eval_renderer(cases[0]);
+  if (cases.size() == 1) return eval_renderer(cases[0], report.rows);
   if (!table.each.plot.empty()) throw std::runtime_error("--plot: draws one case; give one MESH");
   std::vector<std::vector<Row>> judged;
-  std::vector<Row> rows;
   for (RendererEval one : cases) {
     one.progress =
         "case " + std::to_string(judged.size() + 1) + " of " + std::to_string(cases.size());
-    judged.push_back(eval_renderer(one));
-    rows.insert(rows.end(), judged.back().begin(), judged.back().end());
+    const Rows rows;
+    eval_renderer(one, rows);
+    judged.push_back(rows.rows());
+    report.rows.append(rows.rows());
   }
-  return Report(rows, [judged](std::ostream& out) { print_cases(out, judged); });
+  report.print = [judged](std::ostream& out) { print_cases(out, judged); };
 }
 
 void add_renderer_options(Command& command, RendererEval& judged) {
@@ -128,9 +128,7 @@ void add_renderer_options(Command& command, RendererEval& judged) {
       .quantity("--max-force", judged.max_force, Dimension::kForce, {0.1, 1e3},
                 "limit of the device; a number without unit is in N", "N")
       .show_default();
-  command.option("--ticks", judged.ticks, "length of the tool's path")
-      .range(1, 10'000'000)
-      .show_default();
+  add_counts(command, {{"--ticks", &judged.ticks, "length of the tool's path", 1, 10'000'000}});
   command.option("--trace FILE", judged.trace, "a recorded hand instead of the mesh's own path");
   add_plot(command, judged.plot, "draw force, error and ripple into this file");
 }
@@ -158,7 +156,7 @@ Measured suite_mesh(Command& command) {
   add_renderer_options(command, table.each);
   add_lockstep(command, table.each.lockstep);
   add_overwrite(command, options->overwrite);
-  return [options, command] {
+  return [options, command](Report& report) {
     EvalTable asked = options->table;
     asked.latencies = {asked.each.lockstep.contact_latency};
     // the benchmark set is published with both
@@ -166,7 +164,7 @@ Measured suite_mesh(Command& command) {
         !command.was_given("--contact-latency")) {
       asked.latencies = {0, 1};
     }
-    return eval_cases(asked, options->overwrite);
+    eval_cases(asked, options->overwrite, report);
   };
 }
 

@@ -20,7 +20,7 @@ class FrictionJudge {
   /// Largest | |f_t| / (μ |f_n|) − 1 | while sliding.
   double worst() const { return worst_; }
 
-  std::vector<Row> rows(const std::string& name) const;
+  void add_rows(const std::string& name, const Rows& all) const;
 
  private:
   double ratio_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/eval/judge.h"
+#include "clients/lab/eval/mesh/judge.h"
 
 #include <algorithm>
 #include <cmath>
@@ -76,11 +76,10 @@ double EvalJudge::rms_error() const {
   return found_.ticks > 0 ? std::sqrt(squared_error_ / static_cast<double>(found_.ticks)) : 0;
 }
 
-std::vector<Row> EvalJudge::rows(const std::string& name, const EvalGoals& goals) const {
-  Rows rows(name);
+void EvalJudge::add_rows(const std::string& name, const EvalGoals& goals, const Rows& all) const {
   const auto no_jams = goal_if(goals.follows_oracle, 0);
   const double n = static_cast<double>(std::max<uint64_t>(found_.ticks, 1));
-  rows.add(
+  all.of(name).add(
       {{"ticks", found_.ticks},
        {"ticks in contact", found_.touching},
        {"force error, rms", rms_error(), "N", at_most(goals.rms_force_error)},
@@ -104,7 +103,6 @@ std::vector<Row> EvalJudge::rows(const std::string& name, const EvalGoals& goals
        {"ticks not finite", found_.not_finite, "", kMustBeZero},
        {"ticks at a solver's limit", found_.limits},
        {"ticks without an answer of the oracle", found_.oracle_open}});
-  return rows.rows();
 }
 
 }  // namespace haptic

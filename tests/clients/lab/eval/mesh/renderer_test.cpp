@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The goals of the point renderer on the benchmark set, on short parts of the paths; the whole
 // paths are a command (docs/benchmarks).
-#include "clients/lab/eval/renderer.h"
+#include "clients/lab/eval/mesh/renderer.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "clients/lab/eval/friction.h"
-#include "clients/lab/eval/table.h"
+#include "clients/lab/eval/mesh/friction.h"
+#include "clients/lab/eval/mesh/table.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/data.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/eval/friction.h"
+#include "clients/lab/eval/mesh/friction.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,14 +28,12 @@ void FrictionJudge::add(const ServoFrame& frame) {
   last_proxy_W_ = frame.X_WP.p;
 }
 
-std::vector<Row> FrictionJudge::rows(const std::string& name) const {
-  Rows rows(name);
+void FrictionJudge::add_rows(const std::string& name, const Rows& all) const {
   const double n = static_cast<double>(sliding_);
-  rows.add({{"ticks sliding", n},
-            {"friction ratio while sliding, mean", sliding_ > 0 ? sum_ / n : 0},
-            {"friction ratio off μ while sliding, max", worst_, "of μ",
-             given(kGoal, sliding_ > 0 && worst_ <= kGoal)}});
-  return rows.rows();
+  all.of(name).add({{"ticks sliding", n},
+                    {"friction ratio while sliding, mean", sliding_ > 0 ? sum_ / n : 0},
+                    {"friction ratio off μ while sliding, max", worst_, "of μ",
+                     given(kGoal, sliding_ > 0 && worst_ <= kGoal)}});
 }
 
 }  // namespace haptic

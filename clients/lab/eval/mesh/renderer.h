@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/lab/eval/judge.h"
+#include "clients/lab/eval/mesh/judge.h"
 #include "clients/lab/eval/scenes/scan_work.h"
 #include "clients/lab/support/lockstep.h"
 
@@ -43,6 +43,6 @@ inline constexpr const char* kNoAnswer = "no answer";
 /// intersects itself or a tool that overlaps one at the start: a note kNoAnswer says so, and only
 /// NaN and the force limit have goals. Throws std::runtime_error with one line if a file cannot be
 /// read.
-std::vector<Row> eval_renderer(const RendererEval& eval);
+void eval_renderer(const RendererEval& eval, const Rows& all);
 
 }  // namespace haptic
