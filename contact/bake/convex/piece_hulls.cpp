@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "contact/bake/convex/hull_of_points.h"
+#include "contact/shape/mesh/box.h"
 #include "proto/os/message.h"
 
 namespace haptic {
@@ -131,11 +132,7 @@ double off_hull(const Hull& hull, const std::array<Vec3, 3>& triangle, const Vec
 }
 
 void bound_by_ball(Piece& piece, std::span<const Vec3> points) {
-  Vec3 lower = points[0], upper = points[0];
-  for (const Vec3& p : points) {
-    lower = component_min(lower, p);
-    upper = component_max(upper, p);
-  }
+  const Box box = box_around(points);
   const auto farthest = [&](const Vec3& from) {
     Vec3 far = points[0];
     for (const Vec3& p : points) {
@@ -143,7 +140,7 @@ void bound_by_ball(Piece& piece, std::span<const Vec3> points) {
     }
     return far;
   };
-  Vec3 centre = 0.5 * (lower + upper);
+  Vec3 centre = 0.5 * (box.lower + box.upper);
   piece.radius = std::numeric_limits<double>::max();
   for (int step = 1; step <= kBallSteps; ++step) {
     const Vec3 far = farthest(centre);

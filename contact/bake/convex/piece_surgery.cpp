@@ -141,8 +141,7 @@ struct PieceSurgery::State {
 void PieceSurgery::State::read(const TriangleMesh& from, const SurfacePieces& pieces) {
   original = from;
   boxes = build_triangle_boxes(from);
-  const Vec3 side = from.upper - from.lower;
-  const double size = std::max({side.x, side.y, side.z});
+  const double size = longest_of(from.upper - from.lower);
   margin = kPieceTolerance * size;
   most_off = kMostOff * size;
   for (const Vec3& v : from.vertices) mesh.add_vertex({v.x, v.y, v.z});
@@ -466,8 +465,7 @@ bool PieceSurgery::State::is_entered(uint32_t a, uint32_t b, const std::vector<V
   } catch (const InputError&) {
     return false;  // on a line: nothing can lie in it
   }
-  Box box{points[0], points[0]};
-  for (const Vec3& p : points) box.add(p);
+  const Box box = box_around(points);
   double edge = 0, n = 0;
   for (const uint32_t p : {a, b}) {
     for (const Face f : faces[p]) {

@@ -9,16 +9,6 @@
 
 namespace haptic {
 
-Corners corners_of(const TriangleMesh& mesh, uint32_t triangle) {
-  const Triangle& t = mesh.triangles[triangle];
-  return {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
-}
-
-Corners corners_of(const TriangleMesh& mesh, uint32_t triangle, const Pose& X_AB) {
-  const Triangle& t = mesh.triangles[triangle];
-  return {X_AB * mesh.vertices[t[0]], X_AB * mesh.vertices[t[1]], X_AB * mesh.vertices[t[2]]};
-}
-
 size_t triangle_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                       std::span<TrianglePair> out) {
   constexpr size_t kAny = std::numeric_limits<size_t>::max();

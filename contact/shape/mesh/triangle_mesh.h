@@ -5,11 +5,12 @@
 #include <cstdint>
 #include <span>
 
-#include "proto/math/vec3.h"
+#include "proto/math/pose.h"
 
 namespace haptic {
 
 using Triangle = std::array<uint32_t, 3>;  // vertices, counter-clockwise seen from outside
+using Corners = std::array<Vec3, 3>;       // of a triangle, in the same order
 inline constexpr uint32_t kNoFace = ~0u;   // second face of a border edge
 
 /// Indexed triangle mesh in its object frame O [m]. A view: the arrays belong to a baked file or a
@@ -27,5 +28,23 @@ struct TriangleMesh {
   Vec3 lower, upper;  // bounding box
   bool closed = false;
 };
+
+inline Corners corners_of(const TriangleMesh& mesh, uint32_t triangle) {
+  const auto& [a, b, c] = mesh.triangles[triangle];
+  return {mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]};
+}
+
+/// The corners of a triangle of B moved to A; each vertex is rounded once, so that neighbouring
+/// triangles still share corners.
+inline Corners corners_of(const TriangleMesh& mesh, uint32_t triangle, const Pose& X_AB) {
+  const auto& [a, b, c] = mesh.triangles[triangle];
+  return {X_AB * mesh.vertices[a], X_AB * mesh.vertices[b], X_AB * mesh.vertices[c]};
+}
+
+/// The triangle beyond a side; kNoFace: the side is a border.
+inline uint32_t neighbour_across(const TriangleMesh& mesh, uint32_t triangle, size_t side) {
+  const auto& [left, right] = mesh.edge_faces[mesh.triangle_edges[triangle][side]];
+  return left == triangle ? right : left;
+}
 
 }  // namespace haptic

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/shape/mesh/box.h"
 #include "contact/shape/tree/triangle_cube.h"
 #include "proto/math/assert.h"
 
@@ -59,11 +60,10 @@ class VoxmapBuilder {
 };
 
 /// Marks every voxel that the triangle meets; appends the new ones.
-void scan_triangle(const std::array<Vec3, 3>& corners, VoxmapBuilder& map,
-                   std::vector<VoxelIndex>& surface) {
+void scan_triangle(const Corners& corners, VoxmapBuilder& map, std::vector<VoxelIndex>& surface) {
   const Vec3 slack = kSlack * Vec3{1, 1, 1};
-  const Vec3 low = component_min(corners[0], component_min(corners[1], corners[2])) - slack;
-  const Vec3 high = component_max(corners[0], component_max(corners[1], corners[2])) + slack;
+  const Box box = box_around(corners);
+  const Vec3 low = box.lower - slack, high = box.upper + slack;
   const auto cell = [](double x) { return static_cast<int32_t>(std::floor(x)); };
   VoxelIndex i;
   for (i[2] = cell(low.z); i[2] <= cell(high.z); ++i[2]) {
@@ -71,8 +71,7 @@ void scan_triangle(const std::array<Vec3, 3>& corners, VoxmapBuilder& map,
       for (i[0] = cell(low.x); i[0] <= cell(high.x); ++i[0]) {
         if (map.at(i) == Voxel::kSurface) continue;
         const Vec3 centre{i[0] + 0.5, i[1] + 0.5, i[2] + 0.5};
-        const std::array<Vec3, 3> seen{corners[0] - centre, corners[1] - centre,
-                                       corners[2] - centre};
+        const Corners seen{corners[0] - centre, corners[1] - centre, corners[2] - centre};
         if (!triangle_meets_cube(seen, 0.5 + kSlack)) continue;
         map.set(i, Voxel::kSurface);
         surface.push_back(i);
@@ -84,11 +83,9 @@ void scan_triangle(const std::array<Vec3, 3>& corners, VoxmapBuilder& map,
 std::vector<VoxelIndex> scan_surface(const TriangleMesh& mesh, const VoxmapData& map,
                                      VoxmapBuilder& builder) {
   std::vector<VoxelIndex> surface;
-  for (const Triangle& triangle : mesh.triangles) {
-    std::array<Vec3, 3> corners;
-    for (size_t k = 0; k < 3; ++k) {
-      corners[k] = (mesh.vertices[triangle[k]] - map.lower_O) / map.size;
-    }
+  for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    Corners corners = corners_of(mesh, t);
+    for (Vec3& p : corners) p = (p - map.lower_O) / map.size;
     scan_triangle(corners, builder, surface);
   }
   return surface;
@@ -213,7 +210,7 @@ VoxmapData build_voxmap(const TriangleMesh& mesh, const VoxmapOptions& options) 
   VoxmapData map;
   if (mesh.triangles.empty() || !(options.size > 0)) return map;
   const Vec3 side = (mesh.upper - mesh.lower) / options.size;
-  if (!(std::max({side.x, side.y, side.z}) <= kMostVoxels)) return map;
+  if (!(longest_of(side) <= kMostVoxels)) return map;
   map.size = options.size;
   // room for the offset, a ring around it, and free voxels for the flood fill
   const int margin = options.offset_layers + 3;
