@@ -17,6 +17,7 @@
 #include "contact/bake/convex/hull_of_points.h"
 #include "contact/bake/convex/quadric.h"
 #include "contact/bake/convex/triangle_boxes.h"
+#include "contact/shape/mesh/distinct.h"
 #include "proto/os/message.h"
 
 namespace haptic {
@@ -257,8 +258,7 @@ Rest PieceSurgery::State::rest_of(uint32_t p, const Collapse& collapse) const {
       }
     }
   }
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  keep_distinct(vertices);
   for (const uint32_t v : vertices) rest.points.push_back(at(Vertex(static_cast<int>(v))));
   return rest;
 }
@@ -273,9 +273,7 @@ std::optional<Collapse> PieceSurgery::State::collapse_along(Halfedge h) {
       if (!has_corner(f, ends[0]) || !has_corner(f, ends[1])) collapse.moving.push_back(f);
     }
   }
-  std::sort(collapse.pieces.begin(), collapse.pieces.end());
-  collapse.pieces.erase(std::unique(collapse.pieces.begin(), collapse.pieces.end()),
-                        collapse.pieces.end());
+  keep_distinct(collapse.pieces);
   if (is_pinched(collapse)) return {};
   for (const uint32_t p : collapse.pieces) {
     Rest rest = rest_of(p, collapse);
@@ -425,8 +423,7 @@ std::vector<Vec3> PieceSurgery::State::points_of(const std::vector<Face>& of) co
   for (const Face f : of) {
     for (const Vertex v : corners(f)) vertices.push_back(number(v));
   }
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  keep_distinct(vertices);
   std::vector<Vec3> points;
   for (const uint32_t v : vertices) points.push_back(at(Vertex(static_cast<int>(v))));
   return points;

@@ -12,6 +12,7 @@
 #include "contact/bake/convex/piece_surgery.h"
 #include "contact/bake/convex/surface_pieces.h"
 #include "contact/query/triangle/closest_on_triangle.h"
+#include "contact/shape/mesh/distinct.h"
 
 namespace haptic {
 namespace {
@@ -136,8 +137,7 @@ PiecePairs piece_neighbours(const TriangleMesh& mesh, const std::vector<uint32_t
     if (right == kNoFace || piece_of[left] == piece_of[right]) continue;
     pairs.push_back(std::minmax(piece_of[left], piece_of[right]));
   }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  keep_distinct(pairs);
   return pairs;
 }
 

@@ -50,23 +50,39 @@ struct HullData {
   Hull view() const { return {vertices, edges, faces, edge_from}; }
 };
 
+/// The vertex at which a half-edge ends.
+inline uint32_t end_vertex(const Hull& hull, uint32_t edge) {
+  return hull.edges[hull.edges[edge].twin].from;
+}
+
 /// The half-edge that leaves the same vertex next, clockwise seen from outside.
 inline uint32_t next_around(const Hull& hull, uint32_t edge) {
   return hull.edges[hull.edges[edge].twin].next;
+}
+
+/// Calls f with each half-edge that leaves a vertex.
+template <class F>
+void for_edges_around(const Hull& hull, uint32_t vertex, F&& f) {
+  const uint32_t first = hull.edge_from[vertex];
+  uint32_t edge = first;
+  do {
+    f(edge);
+    edge = next_around(hull, edge);
+  } while (edge != first);
 }
 
 /// A vertex that is farthest along a direction (of any length but 0): from the vertex `start` to a
 /// neighbour that is farther, until there is none. On a convex polyhedron that is a farthest one.
 uint32_t support_vertex(const Hull& hull, const Vec3& direction, uint32_t start);
 
-/// What is wrong with the links of a hull, for people; null where they are sound: indices within
+/// Says for people where the links of a hull are wrong; null where they are sound: indices within
 /// their arrays, twins and cycles that belong together, Euler's V − E + F = 2, at least three edges
 /// around each face. O(edges): at start-up.
 const char* hull_links_defect(const Hull& hull);
 
-/// What is wrong with a hull, for people; null where it is sound: hull_links_defect, unit normals,
-/// each vertex of a face within the tolerance of its plane, and no vertex beyond any plane by more
-/// than the tolerance [m]. O(vertices · faces): in tests.
+/// Says for people what is wrong with a hull; null where it is sound: hull_links_defect, unit
+/// normals, each vertex of a face within the tolerance of its plane, and no vertex beyond any plane
+/// by more than the tolerance [m]. O(vertices · faces): in tests.
 const char* hull_defect(const Hull& hull, double tolerance);
 
 }  // namespace haptic

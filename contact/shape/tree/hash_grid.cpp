@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "contact/shape/mesh/box.h"
+#include "contact/shape/mesh/distinct.h"
 #include "contact/shape/tree/triangle_cube.h"
 #include "proto/math/assert.h"
 
@@ -157,8 +158,7 @@ void add_roots(std::vector<uint32_t>& out, std::span<const uint32_t> triangles,
                std::span<const uint32_t> leaf_of, std::span<const uint32_t> parents) {
   std::vector<uint32_t> roots;
   for (const uint32_t t : triangles) roots.push_back(leaf_of[t]);
-  std::sort(roots.begin(), roots.end());
-  roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
+  keep_distinct(roots);
   join_siblings(roots, parents);
   out.insert(out.end(), roots.begin(), roots.end());
 }
