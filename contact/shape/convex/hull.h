@@ -2,9 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
-#include <vector>
 
+#include "contact/shape/mesh/arrays.h"
 #include "proto/math/vec3.h"
 
 namespace haptic {
@@ -31,24 +30,19 @@ struct HullFace {
 
 inline constexpr uint32_t kNoTriangle = 0xffffffff;
 
-/// A convex polyhedron in the frame of its object; views. Where a piece is flat, its two sides are
-/// faces with opposite normals.
-struct Hull {
-  std::span<const Vec3> vertices;
-  std::span<const HullEdge> edges;
-  std::span<const HullFace> faces;
-  std::span<const uint32_t> edge_from;  // of each vertex: one half-edge that leaves it
-};
+/// A convex polyhedron in the frame of its object. Where a piece is flat, its two sides are faces
+/// with opposite normals.
+template <template <class> class Array>
+struct HullOf {
+  Array<Vec3> vertices;
+  Array<HullEdge> edges;
+  Array<HullFace> faces;
+  Array<uint32_t> edge_from;  // of each vertex: one half-edge that leaves it
 
-/// The arrays of a Hull.
-struct HullData {
-  std::vector<Vec3> vertices;
-  std::vector<HullEdge> edges;
-  std::vector<HullFace> faces;
-  std::vector<uint32_t> edge_from;
-
-  Hull view() const { return {vertices, edges, faces, edge_from}; }
+  HullOf<ArrayView> view() const { return {vertices, edges, faces, edge_from}; }
 };
+using Hull = HullOf<ArrayView>;
+using HullData = HullOf<ArrayData>;
 
 /// The vertex at which a half-edge ends.
 inline uint32_t end_vertex(const Hull& hull, uint32_t edge) {

@@ -100,11 +100,6 @@ void build_normals(MeshData& mesh) {
 
 }  // namespace
 
-TriangleMesh MeshData::view() const {
-  return {vertices,     triangles,      face_normals, triangle_edges, edge_faces, vertex_valence,
-          edge_normals, vertex_normals, lower,        upper,          closed};
-}
-
 MeshData build_mesh(std::vector<Vec3> vertices, std::vector<Triangle> triangles) {
   HAPTIC_ASSERT(std::all_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
     return std::max({t[0], t[1], t[2]}) < vertices.size();

@@ -261,6 +261,7 @@ HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, doub
     return grid;
   }
   grid.cell = cell;
+  grid.cells_per_metre = 1 / cell;
   grid.lower_O = mesh.lower - kGridMargin * cell * Vec3{1, 1, 1};
   if (is_too_fine(mesh, grid)) return HashGridData{};
   // in tree order: neighbours in space follow each other
