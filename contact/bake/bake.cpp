@@ -14,6 +14,7 @@
 #include "contact/bake/soup/read.h"
 #include "contact/bake/soup/repair.h"
 #include "contact/shape/baked/file.h"
+#include "contact/shape/mesh/box.h"
 #include "contact/shape/mesh/mesh_topology.h"
 #include "contact/shape/mesh/primitives.h"
 #include "proto/config/quantity.h"
@@ -52,22 +53,17 @@ struct Extent {
 
 /// In file units.
 Extent extent_of(const PolygonSoup& soup, const std::string& file) {
-  Vec3 lower, upper;
-  bool first = true;
+  std::optional<Box> box;
   for (const auto& polygon : soup.polygons) {
     for (const size_t i : polygon) {
-      const Vec3& v = soup.points[i];
-      lower = first ? v : component_min(lower, v);
-      upper = first ? v : component_max(upper, v);
-      first = false;
+      if (!box) box = {soup.points[i], soup.points[i]};
+      box->add(soup.points[i]);
     }
   }
-  const Vec3 side = upper - lower;
-  const double longest = std::max({side.x, side.y, side.z});
-  if (first || !(longest > 0))
+  if (!box || !(longest_of(box->size()) > 0))
     throw MeshError(file + ": no triangle has an area; export a surface");
-  const Vec3 reach = component_max(upper, -lower);
-  return {longest, std::max({reach.x, reach.y, reach.z})};
+  return {longest_of(box->size()),
+          std::max(largest_coordinate(box->lower), largest_coordinate(box->upper))};
 }
 
 /// Rejects coordinates that double cannot resolve, and sides whose areas vanish in rounding: the

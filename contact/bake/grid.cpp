@@ -23,9 +23,9 @@ constexpr std::array kCellEdges{1.0, 1.25, 1.5, 1.75, 2.0,  2.25, 2.5,
 
 double mean_area(const TriangleMesh& mesh) {
   double sum = 0;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    sum +=
-        0.5 * norm(cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]));
+  for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = corners_of(mesh, t);
+    sum += 0.5 * norm(cross(b - a, c - a));
   }
   return mesh.triangles.empty() ? 0 : sum / static_cast<double>(mesh.triangles.size());
 }

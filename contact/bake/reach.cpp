@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "contact/query/point/closest_point.h"
+#include "contact/shape/mesh/box.h"
 #include "proto/config/devices.h"
 #include "proto/wire/mapping.h"
 
@@ -39,12 +40,9 @@ struct Reach {
 
 /// Around the waypoints of a hand, in B.
 Reach reach_along(const IntentConfig& intent) {
-  Vec3 lower = intent.waypoints[0].X_BH.p, upper = lower;
-  for (uint32_t i = 1; i < intent.n_waypoints; ++i) {
-    lower = component_min(lower, intent.waypoints[i].X_BH.p);
-    upper = component_max(upper, intent.waypoints[i].X_BH.p);
-  }
-  return {0.5 * (lower + upper), 0.5 * norm(upper - lower)};
+  Box box{intent.waypoints[0].X_BH.p, intent.waypoints[0].X_BH.p};
+  for (uint32_t i = 1; i < intent.n_waypoints; ++i) box.add(intent.waypoints[i].X_BH.p);
+  return {0.5 * (box.lower + box.upper), 0.5 * norm(box.size())};
 }
 
 Reach reach_of(const SessionConfig& config) {

@@ -68,10 +68,11 @@ void ask(const VolumeContent& volume, Random& random) {
     for (int i = 0; i < 20; ++i) sample_field(volume.field, point_near(random));
     std::vector<ShellVisit> visited(shell.nodes.size() + 1);
     std::array<ShellTouch, 64> touches;
+    ShellCoherence coherence(shell);
     ShellQuery query;
     query.reach = 0.1;
     if (!shell.nodes.empty()) {
-      find_touches(volume.field, shell, X_OT, query, nullptr, visited, touches);
+      find_touches(volume.field, shell, X_OT, query, coherence, visited, touches);
     }
   }
   if (!volume.map.index.empty()) {

@@ -249,14 +249,15 @@ struct Passage {
 };
 
 Passage pass_by(const DistanceField& field, const Pointshell& shell, double gap) {
-  ShellCoherence coherence(shell);
+  ShellCoherence coherence(shell), nothing_known(shell);
   std::vector<ShellVisit> visited(shell.nodes.size() + 1);
   std::vector<ShellTouch> touches(shell.x.size());
   Passage passage;
   for (int tick = 0; tick < kTicks; ++tick) {
     const Pose X_OT = passing(1e-3 * tick, shell.radius, gap);
     for (const size_t with : {0, 1}) {
-      ShellCoherence* const known = with == 1 ? &coherence : nullptr;
+      ShellCoherence& known = with == 1 ? coherence : nothing_known;
+      nothing_known.forget();
       ShellAnswer answer;
       const int64_t ns = cpu_ns_of(
           [&] { answer = find_touches(field, shell, X_OT, {}, known, visited, touches); });

@@ -14,6 +14,7 @@
 #include <optional>
 #include <tuple>
 
+#include "contact/shape/mesh/box.h"
 #include "proto/os/message.h"
 
 namespace haptic {
@@ -21,7 +22,7 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
-using Corners = std::array<uint32_t, 3>;
+using Trio = std::array<uint32_t, 3>;  // of points or of triangles
 
 // in shares of the longest extent of the points
 constexpr double kFlat = 1e-8;   // of a face; the normal of a sliver as high is good to 1e-8
@@ -30,13 +31,10 @@ constexpr double kLine = 1e-14;  // height of a triangle that has no plane: roun
 constexpr uint32_t kNone = ~0u;
 
 double extent_of_points(std::span<const Vec3> points) {
-  Vec3 lower = points[0], upper = points[0];
   for (const Vec3& p : points) {
     if (!is_finite(p)) throw InputError("convex hull: a point is not finite; repair the mesh");
-    lower = component_min(lower, p), upper = component_max(upper, p);
   }
-  const Vec3 size = upper - lower;
-  return std::max({size.x, size.y, size.z});
+  return longest_of(box_around(points).size());
 }
 
 template <class Measure>
@@ -115,9 +113,9 @@ PointsHull two_sided(std::span<const Vec3> points, const Vec3& normal) {
   return *joined(points, {cycle, back});
 }
 
-/// The triangles of CGAL's hull, as points. Of points in one plane it may take
-/// any triangles, and in any order: both depend on addresses.
-std::vector<Corners> some_triangles(std::span<const Vec3> points) {
+/// The triangles of CGAL's hull, as points. Of points in one plane it may take any triangles, and
+/// in any order: both depend on addresses.
+std::vector<Trio> some_triangles(std::span<const Vec3> points) {
   std::vector<Kernel::Point_3> input;
   std::map<std::tuple<double, double, double>, uint32_t> point_at;
   for (uint32_t i = 0; i < points.size(); ++i) {
@@ -126,9 +124,9 @@ std::vector<Corners> some_triangles(std::span<const Vec3> points) {
   }
   SurfaceMesh mesh;
   CGAL::convex_hull_3(input.begin(), input.end(), mesh);
-  std::vector<Corners> triangles;
+  std::vector<Trio> triangles;
   for (const auto face : mesh.faces()) {
-    Corners& corners = triangles.emplace_back();
+    Trio& corners = triangles.emplace_back();
     size_t k = 0;
     for (const auto vertex : mesh.vertices_around_face(mesh.halfedge(face))) {
       const auto& p = mesh.point(vertex);
@@ -139,12 +137,12 @@ std::vector<Corners> some_triangles(std::span<const Vec3> points) {
 }
 
 /// Which triangle is beyond each edge.
-std::vector<Corners> neighbours_of(const std::vector<Corners>& triangles) {
+std::vector<Trio> neighbours_of(const std::vector<Trio>& triangles) {
   std::map<std::pair<uint32_t, uint32_t>, uint32_t> triangle_at;
   for (uint32_t t = 0; t < triangles.size(); ++t) {
     for (size_t k = 0; k < 3; ++k) triangle_at[{triangles[t][k], triangles[t][(k + 1) % 3]}] = t;
   }
-  std::vector<Corners> neighbours(triangles.size());
+  std::vector<Trio> neighbours(triangles.size());
   for (uint32_t t = 0; t < triangles.size(); ++t) {
     for (size_t k = 0; k < 3; ++k) {
       neighbours[t][k] = triangle_at.at({triangles[t][(k + 1) % 3], triangles[t][k]});
@@ -156,7 +154,7 @@ std::vector<Corners> neighbours_of(const std::vector<Corners>& triangles) {
 /// A number of its patch for each triangle: each seed, in this order, with all around it for which
 /// joins(seed, triangle).
 template <class Joins>
-std::vector<uint32_t> patches_of(const std::vector<Corners>& neighbours,
+std::vector<uint32_t> patches_of(const std::vector<Trio>& neighbours,
                                  const std::vector<uint32_t>& seeds, const Joins& joins) {
   std::vector<uint32_t> patch(neighbours.size(), kNone), waiting;
   uint32_t n_patches = 0;
@@ -187,8 +185,8 @@ using Cycles = std::vector<std::vector<uint32_t>>;
 
 /// The borders of the patches, of the points that three of them share; nothing where one is not a
 /// simple polygon with three such corners.
-std::optional<Cycles> borders_of(const std::vector<Corners>& triangles,
-                                 const std::vector<Corners>& neighbours,
+std::optional<Cycles> borders_of(const std::vector<Trio>& triangles,
+                                 const std::vector<Trio>& neighbours,
                                  const std::vector<uint32_t>& patch) {
   std::map<std::pair<uint32_t, uint32_t>, uint32_t> end_of;  // of (patch, start of a border)
   std::map<uint32_t, uint32_t> n_borders;                    // that leave a point
@@ -222,8 +220,8 @@ std::optional<Cycles> borders_of(const std::vector<Corners>& triangles,
 
 /// The triangles of the hull, as points, whatever CGAL has taken: each facet, exactly in one plane,
 /// is a fan from its lowest corner.
-std::vector<Corners> hull_triangles(std::span<const Vec3> points) {
-  const std::vector<Corners> any = some_triangles(points), neighbours = neighbours_of(any);
+std::vector<Trio> hull_triangles(std::span<const Vec3> points) {
+  const std::vector<Trio> any = some_triangles(points), neighbours = neighbours_of(any);
   const auto exact = [&](uint32_t p) {
     return Kernel::Point_3(points[p].x, points[p].y, points[p].z);
   };
@@ -235,7 +233,7 @@ std::vector<Corners> hull_triangles(std::span<const Vec3> points) {
   const auto facets =
       borders_of(any, neighbours, patches_of(neighbours, numbers_to(any.size()), is_coplanar));
   if (!facets) throw InputError("convex hull: the surface is not one of a body; repair the mesh");
-  std::vector<Corners> triangles;
+  std::vector<Trio> triangles;
   for (std::vector<uint32_t> facet : *facets) {
     std::ranges::rotate(facet, std::ranges::min_element(facet));
     for (size_t k = 1; k + 1 < facet.size(); ++k) {
@@ -249,8 +247,8 @@ std::vector<Corners> hull_triangles(std::span<const Vec3> points) {
 /// A number of its polygon for each triangle: from the largest on, with all around it that lie in
 /// its plane and face the same way, so that slivers join what they lie in.
 std::vector<uint32_t> hull_polygons(std::span<const Vec3> points,
-                                    const std::vector<Corners>& triangles,
-                                    const std::vector<Corners>& neighbours, double tolerance) {
+                                    const std::vector<Trio>& triangles,
+                                    const std::vector<Trio>& neighbours, double tolerance) {
   std::vector<Vec3> normals;
   for (const auto& [a, b, c] : triangles) {
     normals.push_back(cross(points[b] - points[a], points[c] - points[a]));
@@ -267,9 +265,8 @@ std::vector<uint32_t> hull_polygons(std::span<const Vec3> points,
 }
 
 /// The body whose faces are the patches; nothing where they are those of no body.
-std::optional<PointsHull> merged(std::span<const Vec3> points,
-                                 const std::vector<Corners>& triangles,
-                                 const std::vector<Corners>& neighbours,
+std::optional<PointsHull> merged(std::span<const Vec3> points, const std::vector<Trio>& triangles,
+                                 const std::vector<Trio>& neighbours,
                                  const std::vector<uint32_t>& patch) {
   const std::optional<Cycles> cycles = borders_of(triangles, neighbours, patch);
   std::optional<PointsHull> hull = cycles ? joined(points, *cycles) : std::nullopt;
@@ -291,8 +288,8 @@ PointsHull hull_of_points(std::span<const Vec3> points) {
                           [&](const Vec3& a, const Vec3& b) { return along(a) < along(b); });
   if (along(*high) - along(*low) <= kThin * extent) return two_sided(points, normal);
 
-  const std::vector<Corners> triangles = hull_triangles(points);
-  const std::vector<Corners> neighbours = neighbours_of(triangles);
+  const std::vector<Trio> triangles = hull_triangles(points);
+  const std::vector<Trio> neighbours = neighbours_of(triangles);
   auto hull = merged(points, triangles, neighbours,
                      hull_polygons(points, triangles, neighbours, kFlat * extent));
   if (hull) return std::move(*hull);

@@ -14,8 +14,7 @@ namespace {
 constexpr int kMortonBits = 20;  // of each coordinate
 
 Box united(Box a, const Box& b) {
-  a.add(b.lower);
-  a.add(b.upper);
+  a.add(b);
   return a;
 }
 
@@ -56,7 +55,7 @@ std::vector<std::vector<uint32_t>> group_pieces(const std::vector<Box>& boxes,
     groups[a].neighbours.insert(b);
     groups[b].neighbours.insert(a);
     const Box box = united(groups[a].box, groups[b].box);
-    offers.emplace(norm_squared(box.upper - box.lower), std::min(a, b), std::max(a, b));
+    offers.emplace(norm_squared(box.size()), std::min(a, b), std::max(a, b));
   };
   for (const auto& [a, b] : neighbours) join(a, b);
   size_t n = boxes.size();

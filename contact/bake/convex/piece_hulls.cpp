@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "contact/bake/convex/hull_of_points.h"
+#include "contact/shape/mesh/box.h"
 #include "proto/os/message.h"
 
 namespace haptic {
@@ -14,17 +15,6 @@ namespace {
 constexpr size_t kFewFaces = 128;        // of a hull: so few are all asked, without a search
 constexpr int kBallSteps = 30;           // the radius is then within a tenth of the least
 constexpr double kRoundedUp = 1 + 1e-9;  // of a radius, so that it holds for what rounding adds
-
-/// Calls f with each face around a vertex.
-template <class F>
-void for_faces_around(const Hull& hull, uint32_t vertex, F&& f) {
-  const uint32_t first = hull.edge_from[vertex];
-  uint32_t edge = first;
-  do {
-    f(hull.edges[edge].face);
-    edge = next_around(hull, edge);
-  } while (edge != first);
-}
 
 /// By how much the corners of a triangle lie off the plane of a face: least and most [m].
 struct HullReach {
@@ -72,7 +62,8 @@ void label_faces(HullData& data, std::span<const std::array<Vec3, 3>> triangles,
     start = support_vertex(hull, normal, start);
     uint32_t best = 0;
     double closest = std::numeric_limits<double>::max();
-    for_faces_around(hull, start, [&](uint32_t f) {
+    for_edges_around(hull, start, [&](uint32_t edge) {
+      const uint32_t f = hull.edges[edge].face;
       const HullReach reach = reach_above(hull.faces[f], triangles[i]);
       const double off = std::max(reach.most, -reach.least);
       // of the two sides of a flat piece, that which looks where the triangle does
@@ -94,7 +85,7 @@ double distance_to_hull(const Hull& hull, const Vec3& p) {
     bool is_over_face = true;
     for (uint32_t e = face.first_edge; e < face.first_edge + face.n_edges; ++e) {
       const Vec3& from = hull.vertices[hull.edges[e].from];
-      const Vec3 along = hull.vertices[hull.edges[hull.edges[e].next].from] - from;
+      const Vec3 along = hull.vertices[end_vertex(hull, e)] - from;
       if (dot(cross(face.normal, along), p - from) >= 0) continue;
       is_over_face = false;
       const double share = std::clamp(dot(along, p - from) / norm_squared(along), 0.0, 1.0);
@@ -122,7 +113,7 @@ double off_hull(const Hull& hull, const std::array<Vec3, 3>& triangle, const Vec
     for (const HullFace& face : hull.faces) ask(face);
     if (is_inside) return depth;
   } else {
-    for_faces_around(hull, start, [&](uint32_t f) { ask(hull.faces[f]); });
+    for_edges_around(hull, start, [&](uint32_t edge) { ask(hull.faces[hull.edges[edge].face]); });
   }
   // the distance to a convex body is a convex function: largest at a corner
   double outside = 0;
@@ -131,11 +122,7 @@ double off_hull(const Hull& hull, const std::array<Vec3, 3>& triangle, const Vec
 }
 
 void bound_by_ball(Piece& piece, std::span<const Vec3> points) {
-  Vec3 lower = points[0], upper = points[0];
-  for (const Vec3& p : points) {
-    lower = component_min(lower, p);
-    upper = component_max(upper, p);
-  }
+  const Box box = box_around(points);
   const auto farthest = [&](const Vec3& from) {
     Vec3 far = points[0];
     for (const Vec3& p : points) {
@@ -143,7 +130,7 @@ void bound_by_ball(Piece& piece, std::span<const Vec3> points) {
     }
     return far;
   };
-  Vec3 centre = 0.5 * (lower + upper);
+  Vec3 centre = 0.5 * (box.lower + box.upper);
   piece.radius = std::numeric_limits<double>::max();
   for (int step = 1; step <= kBallSteps; ++step) {
     const Vec3 far = farthest(centre);

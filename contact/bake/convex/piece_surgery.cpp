@@ -17,6 +17,7 @@
 #include "contact/bake/convex/hull_of_points.h"
 #include "contact/bake/convex/quadric.h"
 #include "contact/bake/convex/triangle_boxes.h"
+#include "contact/shape/mesh/distinct.h"
 #include "proto/os/message.h"
 
 namespace haptic {
@@ -141,8 +142,7 @@ struct PieceSurgery::State {
 void PieceSurgery::State::read(const TriangleMesh& from, const SurfacePieces& pieces) {
   original = from;
   boxes = build_triangle_boxes(from);
-  const Vec3 side = from.upper - from.lower;
-  const double size = std::max({side.x, side.y, side.z});
+  const double size = longest_of(from.upper - from.lower);
   margin = kPieceTolerance * size;
   most_off = kMostOff * size;
   for (const Vec3& v : from.vertices) mesh.add_vertex({v.x, v.y, v.z});
@@ -258,8 +258,7 @@ Rest PieceSurgery::State::rest_of(uint32_t p, const Collapse& collapse) const {
       }
     }
   }
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  keep_distinct(vertices);
   for (const uint32_t v : vertices) rest.points.push_back(at(Vertex(static_cast<int>(v))));
   return rest;
 }
@@ -274,9 +273,7 @@ std::optional<Collapse> PieceSurgery::State::collapse_along(Halfedge h) {
       if (!has_corner(f, ends[0]) || !has_corner(f, ends[1])) collapse.moving.push_back(f);
     }
   }
-  std::sort(collapse.pieces.begin(), collapse.pieces.end());
-  collapse.pieces.erase(std::unique(collapse.pieces.begin(), collapse.pieces.end()),
-                        collapse.pieces.end());
+  keep_distinct(collapse.pieces);
   if (is_pinched(collapse)) return {};
   for (const uint32_t p : collapse.pieces) {
     Rest rest = rest_of(p, collapse);
@@ -426,8 +423,7 @@ std::vector<Vec3> PieceSurgery::State::points_of(const std::vector<Face>& of) co
   for (const Face f : of) {
     for (const Vertex v : corners(f)) vertices.push_back(number(v));
   }
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  keep_distinct(vertices);
   std::vector<Vec3> points;
   for (const uint32_t v : vertices) points.push_back(at(Vertex(static_cast<int>(v))));
   return points;
@@ -466,8 +462,7 @@ bool PieceSurgery::State::is_entered(uint32_t a, uint32_t b, const std::vector<V
   } catch (const InputError&) {
     return false;  // on a line: nothing can lie in it
   }
-  Box box{points[0], points[0]};
-  for (const Vec3& p : points) box.add(p);
+  const Box box = box_around(points);
   double edge = 0, n = 0;
   for (const uint32_t p : {a, b}) {
     for (const Face f : faces[p]) {

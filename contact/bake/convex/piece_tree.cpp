@@ -12,6 +12,7 @@
 #include "contact/bake/convex/piece_surgery.h"
 #include "contact/bake/convex/surface_pieces.h"
 #include "contact/query/triangle/closest_on_triangle.h"
+#include "contact/shape/mesh/distinct.h"
 
 namespace haptic {
 namespace {
@@ -21,20 +22,19 @@ constexpr double kLeftOut = 1e-7;
 constexpr int kQuarterings = 3;    // of a triangle that lies under two pieces
 constexpr double kMostKept = 0.6;  // of the pieces of a level by the next
 
-double area_of(const TriangleMesh& mesh, uint32_t t) {
-  const auto& [a, b, c] = mesh.triangles[t];
-  const Vec3& p = mesh.vertices[a];
-  return 0.5 * norm(cross(mesh.vertices[b] - p, mesh.vertices[c] - p));
+double area_of(const Corners& triangle) {
+  const auto& [a, b, c] = triangle;
+  return 0.5 * norm(cross(b - a, c - a));
 }
 
-double mean_edge(const std::vector<std::array<Vec3, 3>>& triangles) {
+double mean_edge(const std::vector<Corners>& triangles) {
   double sum = 0;
   for (const auto& [a, b, c] : triangles) sum += norm(b - a) + norm(c - b) + norm(a - c);
   return sum / static_cast<double>(3 * triangles.size());
 }
 
 /// Its hull, ball and resolution, of triangles with these numbers.
-void shape_piece(BuiltPiece& piece, const std::vector<std::array<Vec3, 3>>& triangles,
+void shape_piece(BuiltPiece& piece, const std::vector<Corners>& triangles,
                  const std::vector<uint32_t>& numbers, double tolerance) {
   std::vector<Vec3> points;
   for (const auto& corners : triangles) points.insert(points.end(), corners.begin(), corners.end());
@@ -45,19 +45,14 @@ void shape_piece(BuiltPiece& piece, const std::vector<std::array<Vec3, 3>>& tria
   piece.facts.resolution = 1 / mean_edge(triangles);
 }
 
-std::array<Vec3, 3> corners_of(const TriangleMesh& mesh, uint32_t t) {
-  const auto& [a, b, c] = mesh.triangles[t];
-  return {mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]};
-}
-
 BuiltPiece make_leaf(const TriangleMesh& mesh, const std::vector<uint32_t>& triangles,
                      double tolerance) {
   BuiltPiece leaf;
   leaf.triangles = triangles;
-  std::vector<std::array<Vec3, 3>> corners;
+  std::vector<Corners> corners;
   for (const uint32_t t : triangles) {
     corners.push_back(corners_of(mesh, t));
-    leaf.facts.area += area_of(mesh, t);
+    leaf.facts.area += area_of(corners.back());
   }
   shape_piece(leaf, corners, triangles, tolerance);
   uint32_t start = 0;
@@ -119,7 +114,7 @@ BuiltPiece make_parent(const TriangleMesh& mesh, const std::vector<BuiltPiece>& 
   }
   adopt(parent, built, std::move(children));
   parent.hull = hull_with_width(points, tolerance);
-  std::vector<std::array<Vec3, 3>> corners;
+  std::vector<Corners> corners;
   for (const uint32_t t : parent.triangles) corners.push_back(corners_of(mesh, t));
   label_faces(parent.hull, corners, parent.triangles, tolerance);
   bound_by_ball(parent.facts, points);
@@ -135,12 +130,6 @@ BuiltPiece make_parent(const TriangleMesh& mesh, const std::vector<BuiltPiece>& 
   return parent;
 }
 
-Box box_around(const std::vector<Vec3>& points) {
-  Box box{points[0], points[0]};
-  for (const Vec3& p : points) box.add(p);
-  return box;
-}
-
 /// Pairs of pieces that share an edge of the mesh.
 PiecePairs piece_neighbours(const TriangleMesh& mesh, const std::vector<uint32_t>& piece_of) {
   PiecePairs pairs;
@@ -148,8 +137,7 @@ PiecePairs piece_neighbours(const TriangleMesh& mesh, const std::vector<uint32_t
     if (right == kNoFace || piece_of[left] == piece_of[right]) continue;
     pairs.push_back(std::minmax(piece_of[left], piece_of[right]));
   }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  keep_distinct(pairs);
   return pairs;
 }
 
@@ -179,8 +167,8 @@ struct Surroundings {
 
 /// An upper bound of how far a triangle lies off the nearest of these surfaces, as exact as it must
 /// be to see whether it is more than `enough` [m]. One that lies under two pieces is quartered.
-double off_surface(Surroundings& around, const std::array<Vec3, 3>& corners, const Vec3& normal,
-                   double enough, int quarterings) {
+double off_surface(Surroundings& around, const Corners& corners, const Vec3& normal, double enough,
+                   int quarterings) {
   double off = std::numeric_limits<double>::max();
   for (size_t k = 0; k < around.pieces.size() && off > enough; ++k) {
     const BuiltPiece& piece = *around.pieces[k];
@@ -191,8 +179,7 @@ double off_surface(Surroundings& around, const std::array<Vec3, 3>& corners, con
   const auto& [a, b, c] = corners;
   const Vec3 ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);
   double most = enough;
-  for (const std::array<Vec3, 3>& part :
-       {std::array{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}}) {
+  for (const Corners& part : {std::array{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}}) {
     most = std::max(most, off_surface(around, part, normal, most, quarterings - 1));
   }
   return most;
@@ -308,8 +295,7 @@ PieceTreeData build_piece_tree(const TriangleMesh& mesh, const PieceProgress& pr
   const auto tell = [&](double share) {
     if (progress) progress(share);
   };
-  const Vec3 side = mesh.upper - mesh.lower;
-  const double tolerance = 2 * kPieceTolerance * std::max({side.x, side.y, side.z});
+  const double tolerance = 2 * kPieceTolerance * longest_of(mesh.upper - mesh.lower);
   const SurfacePieces pieces = decompose_surface(mesh);
   Building b{mesh, tolerance, {}, {}};
   for (const auto& triangles : pieces.triangles) {

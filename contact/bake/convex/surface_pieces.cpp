@@ -25,14 +25,14 @@ constexpr double kFlat = 1e-9;  // 1 − cosine of the angle between triangles t
 constexpr double kStraight = 1e-6;  // beyond π: the angle of a corner that is a notch [rad]
 
 /// Whether no part of the triangle has plane.above(p) < −margin.
-bool is_above(const std::array<Vec3, 3>& triangle, const Plane& plane, double margin) {
+bool is_above(const Corners& triangle, const Plane& plane, double margin) {
   return plane.above(triangle[0]) >= -margin && plane.above(triangle[1]) >= -margin &&
          plane.above(triangle[2]) >= -margin;
 }
 
 /// Where the ray from `from` along `along` (not unit: the ray's length) first meets the triangle,
 /// as a share of its length; 1: nowhere (Möller & Trumbore 1997).
-double share_to(const std::array<Vec3, 3>& triangle, const Vec3& from, const Vec3& along) {
+double share_to(const Corners& triangle, const Vec3& from, const Vec3& along) {
   const Vec3 u = triangle[1] - triangle[0], v = triangle[2] - triangle[0], w = from - triangle[0];
   const Vec3 q = cross(along, v);
   const double det = dot(u, q);
@@ -59,12 +59,11 @@ class Decomposition {
         border_corners_(mesh.vertices.size()) {
     for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
       for (size_t i = 0; i < 3; ++i) {
-        if (across(t, i) != kNoFace) continue;
+        if (neighbour_across(mesh, t, i) != kNoFace) continue;
         is_on_border_[mesh.triangles[t][i]] = is_on_border_[mesh.triangles[t][(i + 1) % 3]] = true;
       }
     }
-    const Vec3 side = mesh.upper - mesh.lower;
-    size_ = std::max({side.x, side.y, side.z});
+    size_ = longest_of(mesh.upper - mesh.lower);
     margin_ = kPieceTolerance * size_;
     result_.piece_of.assign(mesh.triangles.size(), kNoPieceYet);
   }
@@ -77,14 +76,6 @@ class Decomposition {
   }
 
  private:
-  std::array<Vec3, 3> corners(uint32_t t) const {
-    const auto& [a, b, c] = mesh_.triangles[t];
-    return {mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c]};
-  }
-  uint32_t across(uint32_t t, size_t side) const {
-    const auto& [left, right] = mesh_.edge_faces[mesh_.triangle_edges[t][side]];
-    return left == t ? right : left;
-  }
   uint32_t number() const { return static_cast<uint32_t>(result_.triangles.size()) - 1; }
   bool is_mine(uint32_t t) const { return t != kNoFace && result_.piece_of[t] == number(); }
   /// Numbers from 1: which piece a vertex was last a corner of.
@@ -94,12 +85,12 @@ class Decomposition {
     result_.triangles.emplace_back();
     planes_.clear();
     points_.clear();
-    hull_.begin(corners(seed), apex_below(seed));
+    hull_.begin(corners_of(mesh_, seed), apex_below(seed));
     join(seed);
     std::deque<uint32_t> waiting;
     const auto offer = [&](uint32_t t) {
       for (size_t side = 0; side < 3; ++side) {
-        const uint32_t other = across(t, side);
+        const uint32_t other = neighbour_across(mesh_, t, side);
         if (other == kNoFace || result_.piece_of[other] != kNoPieceYet) continue;
         const bool is_flat = dot(mesh_.face_normals[t], mesh_.face_normals[other]) > 1 - kFlat;
         is_flat ? waiting.push_front(other) : waiting.push_back(other);
@@ -159,14 +150,14 @@ class Decomposition {
   }
 
   Vec3 apex_below(uint32_t t) const {
-    const auto [a, b, c] = corners(t);
+    const auto [a, b, c] = corners_of(mesh_, t);
     const Vec3 middle = (a + b + c) / 3;
     const Vec3 along = -kThickness / kShareOfSolid * size_ * mesh_.face_normals[t];
     Box box{middle, middle};
     box.add(middle + along);
     double share = 1;
     any_near(boxes_, box, [&](uint32_t other) {
-      if (other != t) share = std::min(share, share_to(corners(other), middle, along));
+      if (other != t) share = std::min(share, share_to(corners_of(mesh_, other), middle, along));
       return false;
     });
     return middle + kShareOfSolid * share * along;
@@ -174,7 +165,8 @@ class Decomposition {
 
   bool may_join(uint32_t t) {
     size_t n_shared = 0;
-    for (size_t side = 0; side < 3; ++side) n_shared += is_mine(across(t, side)) ? 1 : 0;
+    for (size_t side = 0; side < 3; ++side)
+      n_shared += is_mine(neighbour_across(mesh_, t, side)) ? 1 : 0;
     size_t n_known = 0;
     uint32_t fresh = 0;
     for (const uint32_t vertex : mesh_.triangles[t]) {
@@ -207,7 +199,7 @@ class Decomposition {
     const std::vector<Plane>& around = hull_.planes_around();
     return any_near(boxes_, box, [&](uint32_t t) {
       if (t == candidate || is_mine(t)) return false;
-      const std::array<Vec3, 3> corner = corners(t);
+      const Corners corner = corners_of(mesh_, t);
       for (const Plane& side : sides) {
         if (is_above(corner, side, -margin_)) return false;
       }

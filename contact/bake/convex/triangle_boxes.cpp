@@ -18,16 +18,12 @@ void build_node(TriangleBoxes& tree, size_t i, uint32_t first, uint32_t end) {
     tree.first_of.resize(2 * (i + 1));
   }
   Box box = tree.boxes[tree.order[first]];
-  for (uint32_t k = first; k < end; ++k) {
-    box.add(tree.boxes[tree.order[k]].lower);
-    box.add(tree.boxes[tree.order[k]].upper);
-  }
+  for (uint32_t k = first; k < end; ++k) box.add(tree.boxes[tree.order[k]]);
   tree.nodes[i] = box;
   tree.first_of[2 * i] = first;
   tree.first_of[2 * i + 1] = end;
   if (end - first <= kBoxTriangles) return;
-  const Vec3 side = box.upper - box.lower;
-  const int axis = side.x >= side.y && side.x >= side.z ? 0 : side.y >= side.z ? 1 : 2;
+  const int axis = longest_axis(box.size());
   const uint32_t middle = first + (end - first) / 2;
   const auto at = [&](uint32_t k) { return tree.order.begin() + k; };
   std::nth_element(at(first), at(middle), at(end), [&](uint32_t a, uint32_t b) {
@@ -41,19 +37,11 @@ void build_node(TriangleBoxes& tree, size_t i, uint32_t first, uint32_t end) {
 
 }  // namespace
 
-Box box_of(const TriangleMesh& mesh, uint32_t triangle) {
-  const Triangle& t = mesh.triangles[triangle];
-  Box box{mesh.vertices[t[0]], mesh.vertices[t[0]]};
-  box.add(mesh.vertices[t[1]]);
-  box.add(mesh.vertices[t[2]]);
-  return box;
-}
-
 TriangleBoxes build_triangle_boxes(const TriangleMesh& mesh) {
   TriangleBoxes tree;
   const auto n = static_cast<uint32_t>(mesh.triangles.size());
   tree.boxes.reserve(n);
-  for (uint32_t t = 0; t < n; ++t) tree.boxes.push_back(box_of(mesh, t));
+  for (uint32_t t = 0; t < n; ++t) tree.boxes.push_back(box_around(corners_of(mesh, t)));
   tree.order.resize(n);
   std::iota(tree.order.begin(), tree.order.end(), 0);
   if (n > 0) build_node(tree, 0, 0, n);

@@ -5,25 +5,9 @@
 #include <functional>
 #include <vector>
 
-#include "contact/shape/mesh/triangle_mesh.h"
+#include "contact/shape/mesh/box.h"
 
 namespace haptic {
-
-/// An axis-aligned box [m].
-struct Box {
-  Vec3 lower, upper;
-
-  bool overlaps(const Box& b) const {
-    return lower.x <= b.upper.x && b.lower.x <= upper.x && lower.y <= b.upper.y &&
-           b.lower.y <= upper.y && lower.z <= b.upper.z && b.lower.z <= upper.z;
-  }
-  void add(const Vec3& p) {
-    lower = component_min(lower, p);
-    upper = component_max(upper, p);
-  }
-};
-
-Box box_of(const TriangleMesh& mesh, uint32_t triangle);
 
 /// A tree of axis-aligned boxes around the triangles of a mesh, for the baker: which triangles are
 /// near a box. The children of node i are 2i + 1 and 2i + 2.
@@ -36,7 +20,8 @@ struct TriangleBoxes {
 
 TriangleBoxes build_triangle_boxes(const TriangleMesh& mesh);
 
-/// Calls f for each triangle whose box meets this one, until f returns true. Whether it did.
+/// Calls f for each triangle whose box meets this one, until f returns true. Returns true if it
+/// did.
 bool any_near(const TriangleBoxes& tree, const Box& box, const std::function<bool(uint32_t)>& f);
 
 }  // namespace haptic

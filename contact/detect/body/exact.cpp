@@ -75,8 +75,7 @@ struct Edge {
 Edge edge_of(const TriangleMesh& mesh, uint32_t triangle, size_t side, const Pose& X) {
   const Triangle& t = mesh.triangles[triangle];
   const uint32_t from = t[side], to = t[(side + 1) % 3], third = t[(side + 2) % 3];
-  const auto& faces = mesh.edge_faces[mesh.triangle_edges[triangle][side]];
-  const uint32_t other = faces[0] == triangle ? faces[1] : faces[0];
+  const uint32_t other = neighbour_across(mesh, triangle, side);
   uint32_t across = third;
   if (other != kNoFace) {
     for (const uint32_t v : mesh.triangles[other]) {

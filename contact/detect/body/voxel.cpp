@@ -64,7 +64,7 @@ std::span<const PointPush> shell_pushes_on(const VoxelModel& model, VoxelState& 
         find_touches(shape.field, model.shell, X_OT,
                      {reach_of(model, question, object), share_of_budget(model, state, object),
                       model.force.offset},
-                     &state.coherence[object], state.visited, state.touches);
+                     state.coherence[object], state.visited, state.touches);
     state.tested += answer.tested;
     if (!answer.is_complete) set.flags |= kContactIterationLimit;
     n = pushes_from_field(model.shell, X_OT, {state.touches.data(), answer.n}, model.force,

@@ -3,6 +3,7 @@
 
 #include "contact/query/box/rigid_motion.h"
 #include "contact/shape/tree/obb_tree.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 
@@ -55,5 +56,27 @@ std::array<NodePair, 2> opened(const NodePair& pair, const ObbTree& tree_A, cons
 
 /// Room of the stack in a traversal of both trees: each level replaces one pair by two.
 inline constexpr size_t kMaxWaitingPairs = 2 * kMaxTreeDepth + 2;
+
+/// Descends both trees at once, the larger box opened first, where may_meet(box of A, box of B)
+/// says so. Calls on_leaves(a, b) for two leaves until it returns false; false: it did.
+template <class MayMeet, class OnLeaves>
+bool descend_both(const ObbTree& tree_A, const ObbTree& tree_B, const MayMeet& may_meet,
+                  const OnLeaves& on_leaves) {
+  std::array<NodePair, kMaxWaitingPairs> waiting;
+  size_t n_waiting = 0;
+  waiting[n_waiting++] = {0, 0};
+  while (n_waiting > 0) {
+    const NodePair pair = waiting[--n_waiting];
+    const ObbNode &a = tree_A.nodes[pair.a], &b = tree_B.nodes[pair.b];
+    if (!may_meet(a.box, b.box)) continue;
+    if (a.count > 0 && b.count > 0) {
+      if (!on_leaves(a, b)) return false;
+      continue;
+    }
+    HAPTIC_ASSERT(n_waiting + 2 <= waiting.size());
+    for (const NodePair& half : opened(pair, tree_A, tree_B)) waiting[n_waiting++] = half;
+  }
+  return true;
+}
 
 }  // namespace haptic

@@ -31,6 +31,10 @@ struct Near {
   std::array<HullFeature, 2> feature;  // never an edge or face against a face
   std::array<Vec3, 2> point;
   double distance2 = std::numeric_limits<double>::infinity();
+
+  void take_nearer(const Near& other) {
+    if (other.distance2 < distance2) *this = other;
+  }
 };
 
 enum class Step { kNearer, kNearest, kOverlap };
@@ -44,13 +48,9 @@ class FeatureWalk {
   Step step(Near& at) const;
 
  private:
-  const Hull& hull(int side) const { return side == 0 ? pair_.a : pair_.b; }
-  Vec3 position(int side, uint32_t i) const {
-    return side == 0 ? pair_.vertex_a(i) : pair_.vertex_b(i);
-  }
-  uint32_t end(int side, uint32_t e) const {
-    return hull(side).edges[hull(side).edges[e].twin].from;
-  }
+  const Hull& hull(int side) const { return pair_.hull(side); }
+  Vec3 position(int side, uint32_t i) const { return pair_.vertex(side, i); }
+  uint32_t end(int side, uint32_t e) const { return end_vertex(hull(side), e); }
   Vec3 normal(int side, uint32_t f) const {
     const Vec3& n = hull(side).faces[f].normal;
     return side == 0 ? n : pair_.R_AB * n;
@@ -104,7 +104,7 @@ Near FeatureWalk::edge_edge(uint32_t a, uint32_t b) const {
   Near best = edge_vertex(0, a, pair_.b.edges[b].from);
   for (const Near& other : {edge_vertex(0, a, end(1, b)), edge_vertex(1, b, pair_.a.edges[a].from),
                             edge_vertex(1, b, end(0, a))}) {
-    if (other.distance2 < best.distance2) best = other;
+    best.take_nearer(other);
   }
   return best;
 }
@@ -138,8 +138,7 @@ Near FeatureWalk::feature_vertex(int side, const HullFeature& feature, uint32_t 
   const HullFace& at = hull(side).faces[feature.index];
   Near best;
   for (uint32_t k = 0; k < at.n_edges; ++k) {
-    const Near next = edge_vertex(side, at.first_edge + k, other);
-    if (next.distance2 < best.distance2) best = next;
+    best.take_nearer(edge_vertex(side, at.first_edge + k, other));
   }
   return best;
 }
@@ -169,12 +168,9 @@ HullFeature FeatureWalk::larger(int side, const HullFeature& feature, const Vec3
     }
   };
   if (feature.kind == HullPart::kVertex) {
-    const uint32_t first = h.edge_from[feature.index];
-    uint32_t e = first;
-    do {
+    for_edges_around(h, feature.index, [&](uint32_t e) {
       take(edge(e), h.vertices[end(side, e)] - h.vertices[feature.index]);
-      e = next_around(h, e);
-    } while (e != first);
+    });
   } else if (feature.kind == HullPart::kEdge) {
     for (const uint32_t e : {feature.index, h.edges[feature.index].twin}) {
       const uint32_t f = h.edges[e].face;
@@ -194,8 +190,7 @@ Step FeatureWalk::face_edge(int side, uint32_t f, uint32_t e, Near& at) const {
   for (const size_t k : {0, 1}) {
     Vec3 point;
     if (!foot(side, f, position(1 - side, ends[k]), point, height[k])) continue;
-    const Near next = ordered(side, face(f), point, vertex(ends[k]), position(1 - side, ends[k]));
-    if (next.distance2 < best.distance2) best = next;
+    best.take_nearer(ordered(side, face(f), point, vertex(ends[k]), position(1 - side, ends[k])));
   }
   const Vec3 p = position(1 - side, ends[0]), q = position(1 - side, ends[1]);
   if ((height[0] > 0) != (height[1] > 0)) {
@@ -206,8 +201,7 @@ Step FeatureWalk::face_edge(int side, uint32_t f, uint32_t e, Near& at) const {
   }
   for (uint32_t k = 0; k < polygon.n_edges; ++k) {
     const uint32_t mine = polygon.first_edge + k;
-    const Near next = side == 0 ? edge_edge(mine, e) : edge_edge(e, mine);
-    if (next.distance2 < best.distance2) best = next;
+    best.take_nearer(side == 0 ? edge_edge(mine, e) : edge_edge(e, mine));
   }
   if (!(best.distance2 < at.distance2)) return Step::kNearest;
   at = best;
@@ -285,11 +279,8 @@ bool finish(const HullPair& pair, const FeatureWalk& walk, Near at, const Vec3& 
   out.n_steps += steps;
   out.overlap = step == Step::kOverlap;
   out.distance = out.overlap ? 0 : std::sqrt(at.distance2);
-  out.normal_A = normal_of(pair, at, last_A);
-  out.point_a = at.point[0];
-  out.point_b = at.point[1];
-  out.feature_a = at.feature[0];
-  out.feature_b = at.feature[1];
+  static_cast<HullTouch&>(out) = {normal_of(pair, at, last_A), at.point[0], at.point[1],
+                                  at.feature[0], at.feature[1]};
   return step != Step::kNearer;
 }
 
@@ -312,10 +303,7 @@ ClosestFeatures closest_features(const HullPair& pair, ConvexPairState& state) {
         finish(pair, walk, walk.between(vertex(polytope.vertex_a), vertex(polytope.vertex_b)),
                polytope.normal_A, out);
   }
-  state.feature_a = out.feature_a;
-  state.feature_b = out.feature_b;
-  state.normal_A = out.normal_A;
-  state.overlapping = 0;
+  state.keep(out, false);
   return out;
 }
 

@@ -6,12 +6,9 @@
 namespace haptic {
 
 /// The nearest points of two hulls that are apart, and the features that they lie in.
-struct ClosestFeatures {
+struct ClosestFeatures : HullTouch {
   bool overlap = false;   // they have a common point; only the features are stated then
   double distance = 0;    // [m]
-  Vec3 normal_A;          // unit, from a to b
-  Vec3 point_a, point_b;  // in A [m]
-  HullFeature feature_a, feature_b;
   bool converged = true;  // false: the steps ran out; the points are on the hulls, but may not be
                           // the nearest
   int n_steps = 0;

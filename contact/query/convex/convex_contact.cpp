@@ -8,14 +8,12 @@ namespace haptic {
 namespace {
 
 ConvexContact of_depth(const PenetrationDepth& found) {
-  return {-found.depth,    found.normal_A,  found.point_a, found.point_b,
-          found.feature_a, found.feature_b, found.real,    true};
+  return {found, -found.depth, found.real, true};
 }
 
 ConvexContact of_distance(const HullPair& pair, const ClosestFeatures& found) {
   const bool real = is_real(pair.a, found.feature_a) && is_real(pair.b, found.feature_b);
-  return {found.distance,  found.normal_A,  found.point_a, found.point_b,
-          found.feature_a, found.feature_b, real,          true};
+  return {found, found.distance, real, true};
 }
 
 }  // namespace

@@ -5,13 +5,10 @@
 
 namespace haptic {
 
-/// What two convex hulls are to each other: their nearest points while apart, the smallest
-/// translation that parts them while they overlap.
-struct ConvexContact {
-  double gap = 0;         // n · (p_b − p_a): the distance; overlapping: −depth [m]
-  Vec3 normal_A;          // n: unit, from a to b; where A is the object's frame: object to tool
-  Vec3 point_a, point_b;  // on each hull, both in A [m]
-  HullFeature feature_a, feature_b;
+/// The contact of two convex hulls: their nearest points while apart, the smallest translation that
+/// parts them while they overlap. Where A is the object's frame normal_A points to the tool.
+struct ConvexContact : HullTouch {
+  double gap = 0;     // normal_A · (point_b − point_a): the distance; overlapping: −depth [m]
   bool real = true;   // both features lie on the surface of their objects
   bool found = true;  // false: the pose is not finite, or a hull is empty
 };

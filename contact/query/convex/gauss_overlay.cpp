@@ -13,21 +13,12 @@ namespace {
 // edges are a hundredth of the hull, below what would show in a depth (5e-13 m at 50 mm)
 constexpr double kParallel = 1e-11;
 
-uint32_t end_vertex(const Hull& hull, uint32_t edge) {
-  return hull.edges[hull.edges[edge].twin].from;
-}
-
 /// Calls use(half-edge, way to the neighbour) for each edge that leaves a vertex.
 template <class Use>
 void for_neighbours(const Hull& hull, uint32_t vertex, const Use& use) {
-  const uint32_t first = hull.edge_from[vertex];
-  const Vec3& from = hull.vertices[vertex];
-  uint32_t edge = first;
-  do {
-    const HullEdge& twin = hull.edges[hull.edges[edge].twin];
-    use(edge, hull.vertices[twin.from] - from);
-    edge = twin.next;
-  } while (edge != first);
+  for_edges_around(hull, vertex, [&](uint32_t edge) {
+    use(edge, hull.vertices[end_vertex(hull, edge)] - hull.vertices[vertex]);
+  });
 }
 
 /// A place on a great circle: x along the start, y ≥ 0 along its tangent; of any length.
@@ -45,7 +36,7 @@ bool is_parallel(const Vec3& unit, const Vec3& other_unit) {
   return norm_squared(unit - other_unit) <= kParallel * kParallel;
 }
 
-/// Whether an extreme vertex's neighbour is as far along a direction.
+/// Returns true if an extreme vertex's neighbour is as far along a direction.
 bool is_level(double drop, double length2) {
   return drop <= 0 || drop * drop <= kParallel * kParallel * length2;
 }

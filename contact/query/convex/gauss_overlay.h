@@ -36,7 +36,7 @@ class GaussOverlay {
  public:
   explicit GaussOverlay(const HullPair& pair) : pair_(pair), R_BA_(transpose(pair.R_AB)) {}
 
-  const Hull& hull(int side) const { return side == 0 ? pair_.a : pair_.b; }
+  const Hull& hull(int side) const { return pair_.hull(side); }
   /// A direction of one side's frame in that of the other, for which it is inward.
   Vec3 across(int side, const Vec3& v) const { return -(side == 0 ? R_BA_ * v : pair_.R_AB * v); }
   /// A vertex of the other side in the frame of `side`.

@@ -11,13 +11,9 @@ bool is_real(const Hull& hull, const HullFeature& feature) {
   if (feature.kind == HullPart::kEdge) {
     return on_surface(feature.index) || on_surface(hull.edges[feature.index].twin);
   }
-  const uint32_t first = hull.edge_from[feature.index];
-  uint32_t edge = first;
-  do {
-    if (on_surface(edge)) return true;
-    edge = next_around(hull, edge);
-  } while (edge != first);
-  return false;
+  bool is_any = false;
+  for_edges_around(hull, feature.index, [&](uint32_t edge) { is_any |= on_surface(edge); });
+  return is_any;
 }
 
 uint32_t corner_of(const Hull& hull, const HullFeature& feature) {

@@ -6,7 +6,7 @@
 
 #include "contact/query/convex/expanding_polytope.h"
 #include "contact/query/convex/overlay_descent.h"
-#include "contact/query/convex/touching_points.h"
+#include "contact/query/convex/touching_point.h"
 
 namespace haptic {
 namespace {
@@ -87,24 +87,20 @@ PenetrationDepth penetration_depth(const HullPair& pair, ConvexPairState& state)
   }
   if (search.suspect || !search.has_best) fall_back(search, out);
   OverlayVertex best = search.best;
-  state.feature_a = best.feature[0];
-  state.feature_b = best.feature[1];
-  state.normal_A = best.normal[0];
-  state.overlapping = best.depth > 0;
-  out.n_steps = search.n_steps;
-
-  out.real = is_real(pair.a, best.feature[0]) && is_real(pair.b, best.feature[1]);
-  // rounding may hide a farther vertex by some 1e-16 m: the depth is that of the direction itself
-  uint32_t vertex_a = corner_of(pair.a, best.feature[0]);
-  uint32_t vertex_b = corner_of(pair.b, best.feature[1]);
-  best.depth = std::max(best.depth, search.overlay.support(best.normal[0], vertex_a, vertex_b));
-  out.depth = best.depth;
   out.normal_A = best.normal[0];
   out.feature_a = best.feature[0];
   out.feature_b = best.feature[1];
-  const TouchingPoints points = touching_points(pair, best);
-  out.point_a = points.point_a;
-  out.point_b = points.point_b;
+  state.keep(out, best.depth > 0);
+  out.n_steps = search.n_steps;
+
+  out.real = is_real(pair.a, out.feature_a) && is_real(pair.b, out.feature_b);
+  // rounding may hide a farther vertex by some 1e-16 m: the depth is that of the direction itself
+  uint32_t vertex_a = corner_of(pair.a, out.feature_a);
+  uint32_t vertex_b = corner_of(pair.b, out.feature_b);
+  best.depth = std::max(best.depth, search.overlay.support(out.normal_A, vertex_a, vertex_b));
+  out.depth = best.depth;
+  out.point_a = touching_point(pair, best);
+  out.point_b = out.point_a - out.depth * out.normal_A;
   return out;
 }
 

@@ -6,14 +6,12 @@
 namespace haptic {
 
 /// The smallest translation that parts two hulls that overlap.
-struct PenetrationDepth {
-  double depth = 0;  // b moved by depth · n just touches a [m]; negative: they are apart along n
-  Vec3 normal_A;     // n: unit, from a to b
-  Vec3 point_a, point_b;  // on each hull, both in A: point_a − point_b = depth · n [m]
-  HullFeature feature_a, feature_b;
-  bool real = true;        // both features lie on the surface of the object
-  bool exact = false;      // the depth is the smallest of all directions: the polytope was searched
-  int n_steps = 0;         // marching steps: overlay vertices that were better than the ones before
+/// point_a − point_b = depth · n, with n = normal_A.
+struct PenetrationDepth : HullTouch {
+  double depth = 0;    // b moved by depth · n just touches a [m]; negative: they are apart along n
+  bool real = true;    // both features lie on the surface of the object
+  bool exact = false;  // the depth is the smallest of all directions: the polytope was searched
+  int n_steps = 0;     // marching steps: overlay vertices that were better than the ones before
   bool fell_back = false;  // the local minimum was suspect, so the polytope was searched
 };
 

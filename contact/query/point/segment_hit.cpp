@@ -12,8 +12,8 @@ namespace haptic {
 namespace {
 
 SegmentProbe probe_of(const TriangleMesh& mesh, const Vec3& from_O, const Vec3& d_O) {
-  const double reach = std::max({largest_coordinate(from_O), largest_coordinate(from_O + d_O),
-                                 largest_coordinate(mesh.lower), largest_coordinate(mesh.upper)});
+  const double reach = std::max(
+      {largest_coordinate(from_O), largest_coordinate(from_O + d_O), largest_coordinate(mesh)});
   return {from_O, d_O, reach};
 }
 

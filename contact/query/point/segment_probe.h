@@ -8,15 +8,11 @@
 
 #include "contact/query/point/segment_entry.h"
 #include "contact/query/simd/lanes.h"
+#include "contact/shape/mesh/box.h"
 #include "contact/shape/tree/obb_tree.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
-
-/// Largest coordinate: rounding errors are proportional to it.
-inline double largest_coordinate(const Vec3& v) {
-  return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
-}
 
 /// The view along the segment: its dominant axis becomes z, and a shear maps it onto the z axis
 /// (Woop, Benthin, Wald 2013). Each vertex is rounded once, the same for all its triangles, so
@@ -27,7 +23,7 @@ class SegmentView {
   bool look_along(const Vec3& from_O, const Vec3& d_O) {
     const double x = std::fabs(d_O.x), y = std::fabs(d_O.y), z = std::fabs(d_O.z);
     if (!(x + y + z > 0 && x + y + z <= std::numeric_limits<double>::max())) return false;
-    z_ = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+    z_ = longest_axis({x, y, z});
     x_ = z_ == 2 ? 0 : z_ + 1;
     y_ = z_ == 0 ? 2 : z_ - 1;
     from_xy_ = Pair{at(from_O, x_), at(from_O, y_)};

@@ -14,8 +14,7 @@ bool neighbours_agree(const TriangleMesh& mesh, uint32_t triangle, const OnTrian
     return dot(p_O - on.point, mesh.face_normals[triangle]) >= 0;
   }
   const auto agrees_across = [&](uint32_t side) {
-    const auto& faces = mesh.edge_faces[mesh.triangle_edges[triangle][side]];
-    const uint32_t other = faces[0] == triangle ? faces[1] : faces[0];
+    const uint32_t other = neighbour_across(mesh, triangle, side);
     if (other == kNoFace) return true;
     const OnTriangle there = closest_on_triangle(mesh, other, p_O);
     return feature_of(mesh, other, there) == feature_of(mesh, triangle, on);

@@ -16,48 +16,17 @@ struct Branch {
   double at_least;
 };
 
-/// Pairs of triangles that are measured together; keeps the nearest in a result.
-class PairBatch {
- public:
-  PairBatch(const TriangleMesh& mesh_A, const TriangleMesh& mesh_B, const Pose& X_AB)
-      : mesh_A_(mesh_A), mesh_B_(mesh_B), X_AB_(X_AB) {}
-
-  void add(const TrianglePair& pair) {
-    HAPTIC_ASSERT(pair.a < mesh_A_.triangles.size() && pair.b < mesh_B_.triangles.size());
-    pairs_[batch_.n] = pair;
-    batch_.add(corners_of(mesh_A_, pair.a), corners_of(mesh_B_, pair.b));
-  }
-
-  /// Every pair of a triangle of one leaf and one of the other.
-  void add_leaves(const ObbTree& tree_A, const ObbNode& a, const ObbTree& tree_B,
-                  const ObbNode& b) {
-    for (uint32_t j = 0; j < b.count; ++j) {
-      for (uint32_t i = 0; i < a.count; ++i) {
-        add({tree_A.order[a.first + i], tree_B.order[b.first + j]});
-      }
-    }
-  }
-
-  /// Measures what was added; only a pair nearer than result.at_least replaces the nearest.
-  void measure_into(MeshDistance& result) {
-    measure(X_AB_, batch_);
-    for (size_t i = 0; i < batch_.n; ++i) {
-      const double distance = std::sqrt(batch_.distance_squared[i]);
-      if (!(distance < result.at_least)) continue;
-      result.found = true;
-      result.nearest = {pairs_[i], measured(batch_, i)};
-      result.at_least = distance;
-    }
-    batch_.n = 0;
-  }
-
- private:
-  const TriangleMesh& mesh_A_;
-  const TriangleMesh& mesh_B_;
-  const Pose& X_AB_;
-  DistanceBatch batch_;
-  std::array<TrianglePair, DistanceBatch::kRoom> pairs_;
-};
+/// Measures what waits; only a pair nearer than result.at_least replaces the nearest.
+void measure_into(PairBatch& batch, MeshDistance& result) {
+  batch.measure_each([&](double distance_squared, const auto& near) {
+    const double distance = std::sqrt(distance_squared);
+    if (!(distance < result.at_least)) return true;
+    result.found = true;
+    result.nearest = near();
+    result.at_least = distance;
+    return true;
+  });
+}
 
 }  // namespace
 
@@ -73,10 +42,10 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
     return boxes.at_least(tree_A.nodes[pair.a].box, tree_B.nodes[pair.b].box);
   };
   result.at_least = search.limit;
-  PairBatch batch(shape_A.mesh, shape_B.mesh, X_AB);
+  PairBatch batch(shape_A, shape_B, X_AB);
   if (search.witness != nullptr) {
     batch.add(*search.witness);
-    batch.measure_into(result);
+    measure_into(batch, result);
   }
   const auto is_too_near = [&] { return result.found && result.at_least < search.least; };
   // each level replaces one branch by two
@@ -88,8 +57,8 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
     if (!(branch.at_least < search.share * result.at_least)) continue;
     const ObbNode &a = tree_A.nodes[branch.nodes.a], &b = tree_B.nodes[branch.nodes.b];
     if (a.count > 0 && b.count > 0) {
-      batch.add_leaves(tree_A, a, tree_B, b);
-      batch.measure_into(result);
+      batch.add_leaves(a, b);
+      measure_into(batch, result);
       continue;
     }
     std::array<NodePair, 2> halves = opened(branch.nodes, tree_A, tree_B);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/shape/mesh/distinct.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -78,8 +79,7 @@ NearContacts::Rings NearContacts::rings_of(const TriangleMesh& mesh) {
       ends.push_back({t[(i + 1) % 3], t[i]});
     }
   }
-  std::sort(ends.begin(), ends.end());
-  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  keep_distinct(ends);
   Rings rings;
   rings.first.assign(mesh.vertices.size() + 1, 0);
   for (const auto& [from, to] : ends) {

@@ -4,16 +4,9 @@
 #include <span>
 
 #include "contact/query/box/obb_overlap.h"
-#include "contact/query/proximity/triangle_pairs.h"
-#include "contact/query/triangle/triangle_distance.h"
+#include "contact/query/proximity/pair_batch.h"
 
 namespace haptic {
-
-/// A triangle of A and one of B that are near, and their closest points, in A.
-struct NearPair {
-  TrianglePair triangles;
-  TriangleDistance at;
-};
 
 /// All pairs of triangles of two meshes at a distance of at most the band [m], with B at X_AB in A:
 /// descends both trees at once, the larger box opened first. Writes at most out.size() pairs, in
@@ -22,7 +15,7 @@ struct NearPair {
 size_t near_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB, double band,
                   std::span<NearPair> out);
 
-/// Whether there is any near pair; stops at the first.
+/// Returns true if there is any near pair; stops at the first.
 bool any_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                    double band);
 

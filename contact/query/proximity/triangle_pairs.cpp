@@ -9,16 +9,6 @@
 
 namespace haptic {
 
-Corners corners_of(const TriangleMesh& mesh, uint32_t triangle) {
-  const Triangle& t = mesh.triangles[triangle];
-  return {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
-}
-
-Corners corners_of(const TriangleMesh& mesh, uint32_t triangle, const Pose& X_AB) {
-  const Triangle& t = mesh.triangles[triangle];
-  return {X_AB * mesh.vertices[t[0]], X_AB * mesh.vertices[t[1]], X_AB * mesh.vertices[t[2]]};
-}
-
 size_t triangle_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                       std::span<TrianglePair> out) {
   constexpr size_t kAny = std::numeric_limits<size_t>::max();
@@ -42,24 +32,16 @@ std::optional<size_t> triangle_pairs_within(const MeshShape& shape_A, const Mesh
         ++found;
       }
     }
+    return true;
   };
   const ObbSweep sweep = at_rest(X_AB);
-  std::array<NodePair, kMaxWaitingPairs> waiting;
-  size_t n_waiting = 0;
-  waiting[n_waiting++] = {0, 0};
-  for (size_t n_boxes = 0; n_waiting > 0; ++n_boxes) {
-    if (n_boxes == most_boxes) return {};
-    const NodePair pair = waiting[--n_waiting];
-    const ObbNode &a = tree_A.nodes[pair.a], &b = tree_B.nodes[pair.b];
-    if (!boxes_may_meet(a.box, b.box, sweep)) continue;
-    if (a.count > 0 && b.count > 0) {
-      test_leaves(a, b);
-      continue;
-    }
-    HAPTIC_ASSERT(n_waiting + 2 <= waiting.size());
-    for (const NodePair& half : opened(pair, tree_A, tree_B)) waiting[n_waiting++] = half;
-  }
-  return found;
+  size_t n_boxes = 0;
+  // once the budget has ended, what still waits is passed over
+  const auto may_meet = [&](const CompactObb& a, const CompactObb& b) {
+    return n_boxes++ < most_boxes && boxes_may_meet(a, b, sweep);
+  };
+  descend_both(tree_A, tree_B, may_meet, test_leaves);
+  return n_boxes <= most_boxes ? std::optional(found) : std::nullopt;
 }
 
 }  // namespace haptic

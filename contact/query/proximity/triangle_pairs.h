@@ -18,12 +18,6 @@ struct TrianglePair {
   constexpr auto operator<=>(const TrianglePair&) const = default;
 };
 
-/// The corners of a triangle of the mesh.
-Corners corners_of(const TriangleMesh& mesh, uint32_t triangle);
-/// The corners moved to A; each vertex is rounded once, so that neighbouring triangles still share
-/// corners.
-Corners corners_of(const TriangleMesh& mesh, uint32_t triangle, const Pose& X_AB);
-
 /// All pairs of triangles of two meshes that meet (triangles_meet: touching and coplanar count),
 /// with B at X_AB in A: descends both trees at once, the larger box opened first (Gottschalk, Lin,
 /// Manocha 1996). Exact for the corners of B as corners_of rounds them. Writes at most out.size()

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/shape/mesh/box.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -11,14 +12,6 @@ namespace {
 
 constexpr int kMostStretches = 256;      // of one motion, bounds the work
 constexpr double kTimeRounding = 1e-12;  // of times, in half lengths of a sweep
-
-double sweep_reach(const TriangleMesh& mesh) {
-  double most = 0;
-  for (const Vec3& v : {mesh.lower, mesh.upper}) {
-    most = std::max({most, std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
-  }
-  return most;
-}
 
 /// Mean diagonal of the boxes of the leaves [m].
 double leaf_size(const ObbTree& tree) {
@@ -58,7 +51,7 @@ SweptMesh::SweptMesh(const MeshShape& object, const MeshShape& tool)
       tool_(tool),
       object_owners_(object.mesh),
       tool_owners_(tool.mesh),
-      reach_(std::max(sweep_reach(object.mesh), sweep_reach(tool.mesh))),
+      reach_(std::max(largest_coordinate(object.mesh), largest_coordinate(tool.mesh))),
       leaf_size_(leaf_size(object.tree) + leaf_size(tool.tree)) {}
 
 /// From the centre of rotation to the farthest corner of the tool's bounding box [m].

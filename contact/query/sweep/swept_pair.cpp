@@ -9,13 +9,6 @@
 namespace haptic {
 namespace {
 
-std::optional<SweptMeeting> first_meeting(const FeaturePath& path, double tolerance) {
-  if (!path.is_finite()) return SweptMeeting{path.begin(), false};
-  const Advance advanced = advance(path, tolerance);
-  if (advanced.end == Advance::End::kApart) return std::nullopt;
-  return SweptMeeting{advanced.time, advanced.end == Advance::End::kNear};
-}
-
 struct Range {
   double least, most;
   double sum = 0;  // not finite if any coordinate is not
@@ -35,7 +28,7 @@ Range range_of(const std::array<SweptPoint, N>& corners, double Vec3::*axis) {
   return range;
 }
 
-/// Whether a coordinate axis separates the two features along the whole motion; exact.
+/// Returns true if a coordinate axis separates the two features along the whole motion; exact.
 template <size_t N, size_t M>
 bool are_beside(const std::array<SweptPoint, N>& one, const std::array<SweptPoint, M>& other) {
   bool is_beside = false;
@@ -49,6 +42,13 @@ bool are_beside(const std::array<SweptPoint, N>& one, const std::array<SweptPoin
 
 }  // namespace
 
+std::optional<SweptMeeting> first_meeting(const FeaturePath& path, double tolerance) {
+  if (!path.is_finite()) return SweptMeeting{path.begin(), false};
+  const Advance advanced = advance(path, tolerance);
+  if (advanced.end == Advance::End::kApart) return std::nullopt;
+  return SweptMeeting{advanced.time, advanced.end == Advance::End::kNear};
+}
+
 std::optional<SweptMeeting> vertex_face_meeting(const SweptPoint& vertex,
                                                 const std::array<SweptPoint, 3>& face,
                                                 double tolerance) {
@@ -61,24 +61,6 @@ std::optional<SweptMeeting> edge_edge_meeting(const std::array<SweptPoint, 2>& a
                                               double tolerance) {
   if (are_beside(a, b)) return std::nullopt;
   return first_meeting(FeaturePath::of_edges(a, b), tolerance);
-}
-
-std::optional<SweptMeeting> vertex_face_meeting(const MotionStretch& stretch, const Vec3& vertex_T,
-                                                const std::array<Vec3, 3>& face_O,
-                                                double tolerance) {
-  return first_meeting(FeaturePath::of_vertex_and_face(stretch, vertex_T, face_O), tolerance);
-}
-
-std::optional<SweptMeeting> face_vertex_meeting(const MotionStretch& stretch,
-                                                const std::array<Vec3, 3>& face_T,
-                                                const Vec3& vertex_O, double tolerance) {
-  return first_meeting(FeaturePath::of_face_and_vertex(stretch, face_T, vertex_O), tolerance);
-}
-
-std::optional<SweptMeeting> edge_edge_meeting(const MotionStretch& stretch,
-                                              const std::array<Vec3, 2>& edge_T,
-                                              const std::array<Vec3, 2>& edge_O, double tolerance) {
-  return first_meeting(FeaturePath::of_edges(stretch, edge_T, edge_O), tolerance);
 }
 
 }  // namespace haptic

@@ -26,17 +26,9 @@ std::optional<SweptMeeting> vertex_face_meeting(const SweptPoint& vertex,
 std::optional<SweptMeeting> edge_edge_meeting(const std::array<SweptPoint, 2>& a,
                                               const std::array<SweptPoint, 2>& b, double tolerance);
 
-/// First meetings of features of a rigid tool with fixed ones of an object, in O, with times of the
-/// whole motion. Between two times a point deviates from the straight line by an amount that
+/// First meeting of any two features, as of a rigid tool with fixed ones of an object, with times
+/// of the whole motion. Between two times a point deviates from the straight line by an amount that
 /// depends on its distance from the centre; half the time gives a quarter of it.
-std::optional<SweptMeeting> vertex_face_meeting(const MotionStretch& stretch, const Vec3& vertex_T,
-                                                const std::array<Vec3, 3>& face_O,
-                                                double tolerance);
-std::optional<SweptMeeting> face_vertex_meeting(const MotionStretch& stretch,
-                                                const std::array<Vec3, 3>& face_T,
-                                                const Vec3& vertex_O, double tolerance);
-std::optional<SweptMeeting> edge_edge_meeting(const MotionStretch& stretch,
-                                              const std::array<Vec3, 2>& edge_T,
-                                              const std::array<Vec3, 2>& edge_O, double tolerance);
+std::optional<SweptMeeting> first_meeting(const FeaturePath& path, double tolerance);
 
 }  // namespace haptic

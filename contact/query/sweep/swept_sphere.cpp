@@ -9,6 +9,7 @@
 #include "contact/query/point/segment_probe.h"
 #include "contact/query/point/way_tests.h"
 #include "contact/query/triangle/closest_on_triangle.h"
+#include "contact/shape/mesh/box.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -37,7 +38,7 @@ bool enters_ball(const Vec3& m, const Vec3& d, double radius, double& t) {
   return true;
 }
 
-bool lies_over(const std::array<Vec3, 3>& corners, const Vec3& n, const Vec3& q) {
+bool lies_over(const Corners& corners, const Vec3& n, const Vec3& q) {
   for (size_t i = 0; i < 3; ++i) {
     const Vec3& a = corners[i];
     if (dot(n, cross(corners[(i + 1) % 3] - a, q - a)) < 0) return false;
@@ -67,7 +68,7 @@ struct TriangleSweep {
     return norm_squared(m) - radius2 > way * (2 * sphere.radius + way) + kSquareSlack * radius2;
   }
 
-  void offset_face(const std::array<Vec3, 3>& corners, const Vec3& n) {
+  void offset_face(const Corners& corners, const Vec3& n) {
     const double height = dot(n, sphere.from_O - corners[0]);
     const double drop = -dot(n, d_O);
     if (!(drop > 0) || height < 0) return;
@@ -99,8 +100,7 @@ struct TriangleSweep {
 
   void run(uint32_t triangle) {
     const Triangle& tri = mesh.triangles[triangle];
-    const std::array<Vec3, 3> corners{mesh.vertices[tri[0]], mesh.vertices[tri[1]],
-                                      mesh.vertices[tri[2]]};
+    const Corners corners = corners_of(mesh, triangle);
     const Vec3& n = mesh.face_normals[triangle];
     // rejects most triangles: the sphere stays on one side of all corners (with an allowance, since
     // the normal of a sliver is mostly rounding)
@@ -154,9 +154,8 @@ class SphereSearch {
  private:
   WayProbe way_to_hit() const {
     const TriangleMesh& mesh = shape_.mesh;
-    const double furthest =
-        std::max({largest_coordinate(sphere_.from_O), largest_coordinate(sphere_.to_O),
-                  largest_coordinate(mesh.lower), largest_coordinate(mesh.upper)});
+    const double furthest = std::max({largest_coordinate(sphere_.from_O),
+                                      largest_coordinate(sphere_.to_O), largest_coordinate(mesh)});
     return {sphere_.from_O, best_.t * d_O_, sphere_.radius, furthest};
   }
 

@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-/// Whether a direction separates the swept triangle from the fixed one.
+/// Returns true if a direction separates the swept triangle from the fixed one.
 bool is_apart(const Vec3& axis, const SweptTriangle& tool, const Corners& face_O) {
   const auto along = [&](const Corners& c) {
     return std::array{dot(axis, c[0]), dot(axis, c[1]), dot(axis, c[2])};
@@ -56,23 +56,24 @@ std::optional<SweptMeeting> first_meeting(const MotionStretch& stretch, const Sw
                                           const Corners& face_O, const AskedFeatures& asked,
                                           double tolerance) {
   std::optional<SweptMeeting> first;
-  const auto take = [&](const std::optional<SweptMeeting>& meeting) {
+  const auto take = [&](const FeaturePath& path) {
+    const std::optional<SweptMeeting> meeting = first_meeting(path, tolerance);
     if (meeting && (!first || meeting->time < first->time)) first = meeting;
   };
   const Corners& p_T = tool.corners_T;
   for (int i = 0; i < 3; ++i) {
     const auto at = static_cast<size_t>(i), next = static_cast<size_t>((i + 1) % 3);
     if (asked.tool.has_vertex(asked.triangle_T, i)) {
-      take(vertex_face_meeting(stretch, p_T[at], face_O, tolerance));
+      take(FeaturePath::of_vertex_and_face(stretch, p_T[at], face_O));
     }
     if (asked.object.has_vertex(asked.triangle_O, i)) {
-      take(face_vertex_meeting(stretch, p_T, face_O[at], tolerance));
+      take(FeaturePath::of_face_and_vertex(stretch, p_T, face_O[at]));
     }
     if (!asked.tool.has_edge(asked.triangle_T, i)) continue;
     for (int j = 0; j < 3; ++j) {
       if (!asked.object.has_edge(asked.triangle_O, j)) continue;
       const auto from = static_cast<size_t>(j), to = static_cast<size_t>((j + 1) % 3);
-      take(edge_edge_meeting(stretch, {p_T[at], p_T[next]}, {face_O[from], face_O[to]}, tolerance));
+      take(FeaturePath::of_edges(stretch, {p_T[at], p_T[next]}, {face_O[from], face_O[to]}));
     }
   }
   return first;

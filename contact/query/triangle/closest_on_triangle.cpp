@@ -9,7 +9,7 @@ namespace haptic {
 namespace {
 
 /// Closest point of one side; sides and corners numbered as in TriangleMesh.
-OnTriangle closest_on_side(const Vec3& p, const std::array<Vec3, 3>& corners, uint32_t side) {
+OnTriangle closest_on_side(const Vec3& p, const Corners& corners, uint32_t side) {
   const uint32_t next = (side + 1) % 3;
   const Vec3 ab = corners[next] - corners[side];
   const double along = dot(ab, p - corners[side]), length_squared = norm_squared(ab);
@@ -19,7 +19,7 @@ OnTriangle closest_on_side(const Vec3& p, const std::array<Vec3, 3>& corners, ui
 }
 
 /// Closest point of the three sides: a triangle without area has no Voronoi regions.
-OnTriangle closest_on_border(const Vec3& p, const std::array<Vec3, 3>& corners) {
+OnTriangle closest_on_border(const Vec3& p, const Corners& corners) {
   OnTriangle best = closest_on_side(p, corners, 0);
   for (const uint32_t side : {1u, 2u}) {
     const OnTriangle other = closest_on_side(p, corners, side);
@@ -29,7 +29,7 @@ OnTriangle closest_on_border(const Vec3& p, const std::array<Vec3, 3>& corners) 
 }
 
 /// Voronoi regions of the corners, sides and face (Ericson 2005, §5.1.5).
-OnTriangle closest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& corners) {
+OnTriangle closest_on_triangle(const Vec3& p, const Corners& corners) {
   const auto& [a, b, c] = corners;
   const Vec3 ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
   const double d1 = dot(ab, ap), d2 = dot(ac, ap);
@@ -63,8 +63,7 @@ const Vec3& pseudo_normal(const TriangleMesh& mesh, const Feature& feature) {
 }
 
 OnTriangle closest_on_triangle(const TriangleMesh& mesh, uint32_t triangle, const Vec3& p_O) {
-  const auto& [a, b, c] = mesh.triangles[triangle];
-  return closest_on_triangle(p_O, {mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]});
+  return closest_on_triangle(p_O, corners_of(mesh, triangle));
 }
 
 Feature feature_of(const TriangleMesh& mesh, uint32_t triangle, const OnTriangle& on) {

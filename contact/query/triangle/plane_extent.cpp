@@ -30,11 +30,6 @@ bool falls_away(const TriangleMesh& mesh, uint32_t face, const Vec3& normal_O, c
   return -lowest > highest;
 }
 
-uint32_t neighbour_across(const TriangleMesh& mesh, uint32_t triangle, size_t side) {
-  const auto& faces = mesh.edge_faces[mesh.triangle_edges[triangle][side]];
-  return faces[0] == triangle ? faces[1] : faces[0];
-}
-
 /// The triangles of the walk so far.
 class Visited {
  public:

@@ -57,11 +57,6 @@ bool first_gate(const Walk& walk, uint32_t triangle, Gate& gate, size_t& side) {
   return false;
 }
 
-uint32_t across(const TriangleMesh& mesh, uint32_t triangle, size_t side) {
-  const auto& faces = mesh.edge_faces[mesh.triangle_edges[triangle][side]];
-  return faces[0] == triangle ? faces[1] : faces[0];
-}
-
 /// The side of the next triangle that does not join the gate's two ends, on the walk's way.
 size_t next_side(const Walk& walk, uint32_t triangle, Gate& gate) {
   const Triangle& corners = walk.mesh.triangles[triangle];
@@ -95,7 +90,7 @@ Walked walked(const Walk& walk, uint32_t triangle) {
       is_measured = result.extent >= kBendReach;
     }
     if (result.extent >= kMaxExtent) break;
-    const uint32_t next = across(walk.mesh, triangle, side);
+    const uint32_t next = neighbour_across(walk.mesh, triangle, side);
     if (next == kNoFace) break;
     const Gate before = gate;
     triangle = next;

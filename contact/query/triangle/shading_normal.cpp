@@ -29,8 +29,7 @@ Vec3 weighted_normal(const TriangleMesh& mesh, const Corner& at) {
 /// at a border or a crease.
 bool turn_around(const TriangleMesh& mesh, size_t turn, double crease_cosine, Corner& at) {
   const uint32_t vertex = mesh.triangles[at.triangle][at.corner];
-  const auto& faces = mesh.edge_faces[mesh.triangle_edges[at.triangle][(at.corner + turn) % 3]];
-  const uint32_t next = faces[0] == at.triangle ? faces[1] : faces[0];
+  const uint32_t next = neighbour_across(mesh, at.triangle, (at.corner + turn) % 3);
   if (next == kNoFace) return false;
   if (dot(mesh.face_normals[next], mesh.face_normals[at.triangle]) < crease_cosine) return false;
   const Triangle& tri = mesh.triangles[next];

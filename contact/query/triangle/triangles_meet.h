@@ -3,11 +3,10 @@
 
 #include <array>
 
+#include "contact/shape/mesh/triangle_mesh.h"
 #include "proto/math/vec3.h"
 
 namespace haptic {
-
-using Corners = std::array<Vec3, 3>;  // counter-clockwise seen from outside
 
 /// Whether two triangles have a common point, borders included: touching at a corner or along an
 /// edge counts, and so does overlapping in one plane. Exact for the doubles given (orientation.h).

@@ -29,7 +29,7 @@ struct Search {
   const Pointshell& shell;
   const Pose& X_OT;
   const ShellQuery& query;
-  ShellCoherence* coherence;
+  ShellCoherence& coherence;
   std::span<ShellVisit> visited;
   std::span<ShellTouch> touches;
   uint32_t first_patch = 0;  // index of the first node that is a patch
@@ -53,16 +53,14 @@ struct Search {
   size_t n_patches = 0;
   uint32_t spare = 0;  // budget left for second look-ups
 
-  bool is_free(uint32_t index) const {
-    return coherence != nullptr && coherence->wear < coherence->free_until[index];
-  }
+  bool is_free(uint32_t index) const { return coherence.wear < coherence.free_until[index]; }
   bool is_in_vain(uint32_t index) const {
-    return index > 0 && coherence != nullptr && coherence->wear < -coherence->free_until[index];
+    return index > 0 && coherence.wear < -coherence.free_until[index];
   }
   /// Travel at which this node must be tested again. Positive: it is farther than `reach` by
   /// `clear`. Negative: it is closer, and testing it before then cannot change that.
   double until(double clear) const {
-    return clear > 0 ? coherence->wear + clear : clear - coherence->wear;
+    return clear > 0 ? coherence.wear + clear : clear - coherence.wear;
   }
 
   uint32_t children_to_ask(const ShellNode& node) const {
@@ -113,7 +111,7 @@ struct Search {
       // branch-free, since the outcome is unpredictable: always written, counted if kept
       visited[n_visited] = {index, at.distance};
       n_visited += clear > 0 ? 0 : 1;
-      if (coherence != nullptr) coherence->free_until[index] = until(clear);
+      coherence.free_until[index] = until(clear);
     }
     batch.at.n = n_candidates = 0;
   }
@@ -126,25 +124,19 @@ struct Search {
       if (reserved > 0 && batch.at.n + node.n_children + reserved > budget_left()) break;
       double free_until = kNever;
       for (uint32_t k = node.first_child; k < node.first_child + node.n_children; ++k) {
-        if (coherence != nullptr) free_until = std::min(free_until, coherence->free_until[k]);
+        free_until = std::min(free_until, coherence.free_until[k]);
         if (!is_free(k)) visit(k);
       }
       // a node is free as long as all its children are
-      if (coherence != nullptr && coherence->wear < free_until) {
-        coherence->free_until[parent.node] = free_until;
-      }
+      if (coherence.wear < free_until) coherence.free_until[parent.node] = free_until;
     }
     finish_nodes();
   }
 
   /// Adds the points of a node that may be nearer than `cut`.
   void gather_points(const ShellNode& node, double cut, PointBatch& to) const {
-    if (coherence == nullptr) {
-      for (uint32_t i = node.first; i < node.first + node.count; ++i) to.add(i);
-      return;
-    }
-    const double* low = coherence->low.data();
-    const double least = cut + coherence->slack + kSlackRounding;
+    const double* low = coherence.low.data();
+    const double least = cut + coherence.slack + kSlackRounding;
     size_t n = to.at.n;
     for (uint32_t i = node.first; i < node.first + node.count; ++i) {
       // branch-free, as in finish_nodes
@@ -157,8 +149,7 @@ struct Search {
   /// Distance below which points of a patch are reported [m]: the points that touch, and the
   /// nearest of the others.
   double cut_of(uint32_t index) const {
-    if (coherence == nullptr) return query.reach;
-    return std::min(query.reach, std::max(query.touch, coherence->high[index] + coherence->slack));
+    return std::min(query.reach, std::max(query.touch, coherence.high[index] + coherence.slack));
   }
 
   /// Looks up the points of these nodes, and reports those within reach. False if there is no room
@@ -188,7 +179,6 @@ struct Search {
   /// Spends what these nodes leave of the budget on bounds for their children, so that fewer need
   /// testing in the next queries.
   void learn(std::span<const ShellVisit> nodes, bool are_patches) {
-    if (coherence == nullptr) return;
     const size_t kept = n_visited;
     if (are_patches) {
       ask_points(nodes, nodes.size());
@@ -202,9 +192,9 @@ struct Search {
   /// A node is free as long as none of its points may be within reach.
   void note_free(uint32_t index) {
     const ShellNode& node = shell.nodes[index];
-    const auto first = coherence->low.begin() + node.first;
+    const auto first = coherence.low.begin() + node.first;
     const double low = *std::min_element(first, first + node.count);
-    coherence->free_until[index] = coherence->wear + travel_until(low, query.reach, *coherence);
+    coherence.free_until[index] = coherence.wear + travel_until(low, query.reach, coherence);
   }
 
   bool finish_patches() {
@@ -217,9 +207,8 @@ struct Search {
 
   void look_up_points(PointBatch& points) {
     look_up_batch(points);
-    if (coherence == nullptr) return;
     for (size_t k = 0; k < points.at.n; ++k) {
-      coherence->low[points.points[k]] = low_end(field, points.at.found(k)) + coherence->slack;
+      coherence.low[points.points[k]] = low_end(field, points.at.found(k)) + coherence.slack;
     }
   }
 
@@ -240,9 +229,7 @@ struct Search {
       answer.is_complete = false;
     }
     const bool is_near = nearest.distance < query.reach;
-    if (coherence != nullptr) {
-      coherence->high[patch.node] = is_near ? nearest.distance - coherence->slack : kNever;
-    }
+    coherence.high[patch.node] = is_near ? nearest.distance - coherence.slack : kNever;
     for (size_t k = patch.begin; touching && k < patch.end; ++k) {
       const double distance = points.at.distance[k];
       if (!(distance < std::min(query.touch, query.reach))) continue;
@@ -329,13 +316,13 @@ struct Search {
 }  // namespace
 
 ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, const Pose& X_OT,
-                         const ShellQuery& query, ShellCoherence* coherence,
+                         const ShellQuery& query, ShellCoherence& coherence,
                          std::span<ShellVisit> visited, std::span<ShellTouch> touches) {
   if (shell.nodes.empty() || field.index.empty()) return {};
   // travel to a pose that is not finite is undefined
   if (!is_finite(X_OT) || visited.size() <= shell.nodes.size()) return {.is_complete = false};
-  HAPTIC_ASSERT(coherence == nullptr || coherence->free_until.size() == shell.nodes.size());
-  if (coherence != nullptr) note_travel(X_OT, query.reach, *coherence);
+  HAPTIC_ASSERT(coherence.free_until.size() == shell.nodes.size());
+  note_travel(X_OT, query.reach, coherence);
   HAPTIC_ASSERT(shell.levels.size() >= 2);
   const size_t last = shell.levels.size() - 2;  // level of the points
   Search search{.field = field,

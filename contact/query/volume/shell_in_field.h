@@ -46,11 +46,11 @@ struct ShellAnswer {
 /// partial derivative of the interpolation exceeds that of a distance) and by at most s + √3 h; the
 /// smaller bound is used, so free points are excluded in gaps of any width. A patch is a node two
 /// levels above the points. If the budget ends, the result is the finest complete level, each of
-/// whose points represents its subtree. With coherence the answer is bit-identical unless the
-/// budget ends the search. `visited`: scratch, the number of nodes of the shell + 1. Points are
-/// stored in float and moved in double.
+/// whose points represents its subtree. However much the coherence knows, the answer is
+/// bit-identical unless the budget ends the search. `visited`: scratch, the number of nodes of the
+/// shell + 1. Points are stored in float and moved in double.
 ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, const Pose& X_OT,
-                         const ShellQuery& query, ShellCoherence* coherence,
+                         const ShellQuery& query, ShellCoherence& coherence,
                          std::span<ShellVisit> visited, std::span<ShellTouch> touches);
 
 }  // namespace haptic

@@ -10,22 +10,20 @@
 namespace haptic {
 
 /// Everything that queries need of one object. Without a grid, segment queries use the tree.
-struct MeshShape {
-  TriangleMesh mesh;
-  ObbTree tree;
-  HashGrid grid;
-  PatchTree patches;
-};
+/// The views of an owner stay valid while it lives, even if moved.
+template <template <class> class Array>
+struct MeshShapeOf {
+  TriangleMeshOf<Array> mesh;
+  ObbTreeOf<Array> tree;
+  HashGridOf<Array> grid;
+  PatchTreeOf<Array> patches;
 
-/// A MeshShape that owns its arrays: views stay valid while it lives, even if moved.
-struct MeshShapeData {
-  MeshData mesh;
-  ObbTreeData tree;
-  HashGridData grid;
-  PatchTreeData patches;
-
-  MeshShape view() const { return {mesh.view(), tree.view(), grid.view(), patches.view()}; }
+  MeshShapeOf<ArrayView> view() const {
+    return {mesh.view(), tree.view(), grid.view(), patches.view()};
+  }
 };
+using MeshShape = MeshShapeOf<ArrayView>;
+using MeshShapeData = MeshShapeOf<ArrayData>;
 
 /// A shape from a mesh that needs no repair; at start-up only. The cells of the grid are 1.75 mean
 /// edges: what baking, which measures costs, usually chooses.

@@ -15,14 +15,11 @@ uint32_t support_vertex(const Hull& hull, const Vec3& direction, uint32_t start)
   // each move gains, so no vertex comes twice
   for (bool moved = true; moved;) {
     moved = false;
-    const uint32_t first = hull.edge_from[best];
-    uint32_t edge = first;
-    do {
-      const uint32_t to = hull.edges[hull.edges[edge].twin].from;
+    for_edges_around(hull, best, [&](uint32_t edge) {
+      const uint32_t to = end_vertex(hull, edge);
       const double there = dot(direction, hull.vertices[to]);
       if (there > reach) reach = there, best = to, moved = true;
-      edge = next_around(hull, edge);
-    } while (edge != first);
+    });
   }
   return best;
 }

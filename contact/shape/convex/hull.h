@@ -2,9 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
-#include <vector>
 
+#include "contact/shape/mesh/arrays.h"
 #include "proto/math/vec3.h"
 
 namespace haptic {
@@ -31,42 +30,53 @@ struct HullFace {
 
 inline constexpr uint32_t kNoTriangle = 0xffffffff;
 
-/// A convex polyhedron in the frame of its object; views. Where a piece is flat, its two sides are
-/// faces with opposite normals.
-struct Hull {
-  std::span<const Vec3> vertices;
-  std::span<const HullEdge> edges;
-  std::span<const HullFace> faces;
-  std::span<const uint32_t> edge_from;  // of each vertex: one half-edge that leaves it
-};
+/// A convex polyhedron in the frame of its object. Where a piece is flat, its two sides are faces
+/// with opposite normals.
+template <template <class> class Array>
+struct HullOf {
+  Array<Vec3> vertices;
+  Array<HullEdge> edges;
+  Array<HullFace> faces;
+  Array<uint32_t> edge_from;  // of each vertex: one half-edge that leaves it
 
-/// The arrays of a Hull.
-struct HullData {
-  std::vector<Vec3> vertices;
-  std::vector<HullEdge> edges;
-  std::vector<HullFace> faces;
-  std::vector<uint32_t> edge_from;
-
-  Hull view() const { return {vertices, edges, faces, edge_from}; }
+  HullOf<ArrayView> view() const { return {vertices, edges, faces, edge_from}; }
 };
+using Hull = HullOf<ArrayView>;
+using HullData = HullOf<ArrayData>;
+
+/// The vertex at which a half-edge ends.
+inline uint32_t end_vertex(const Hull& hull, uint32_t edge) {
+  return hull.edges[hull.edges[edge].twin].from;
+}
 
 /// The half-edge that leaves the same vertex next, clockwise seen from outside.
 inline uint32_t next_around(const Hull& hull, uint32_t edge) {
   return hull.edges[hull.edges[edge].twin].next;
 }
 
+/// Calls f with each half-edge that leaves a vertex.
+template <class F>
+void for_edges_around(const Hull& hull, uint32_t vertex, F&& f) {
+  const uint32_t first = hull.edge_from[vertex];
+  uint32_t edge = first;
+  do {
+    f(edge);
+    edge = next_around(hull, edge);
+  } while (edge != first);
+}
+
 /// A vertex that is farthest along a direction (of any length but 0): from the vertex `start` to a
 /// neighbour that is farther, until there is none. On a convex polyhedron that is a farthest one.
 uint32_t support_vertex(const Hull& hull, const Vec3& direction, uint32_t start);
 
-/// What is wrong with the links of a hull, for people; null where they are sound: indices within
+/// Says for people where the links of a hull are wrong; null where they are sound: indices within
 /// their arrays, twins and cycles that belong together, Euler's V − E + F = 2, at least three edges
 /// around each face. O(edges): at start-up.
 const char* hull_links_defect(const Hull& hull);
 
-/// What is wrong with a hull, for people; null where it is sound: hull_links_defect, unit normals,
-/// each vertex of a face within the tolerance of its plane, and no vertex beyond any plane by more
-/// than the tolerance [m]. O(vertices · faces): in tests.
+/// Says for people what is wrong with a hull; null where it is sound: hull_links_defect, unit
+/// normals, each vertex of a face within the tolerance of its plane, and no vertex beyond any plane
+/// by more than the tolerance [m]. O(vertices · faces): in tests.
 const char* hull_defect(const Hull& hull, double tolerance);
 
 }  // namespace haptic

@@ -32,15 +32,20 @@ struct Piece {
 inline constexpr uint32_t kNoPiece = 0xffffffff;
 
 /// Contact levels of detail of one mesh, and at the same time its bounding-volume hierarchy
-/// (Otaduy & Lin 2003); views. The root is piece 0.
-struct PieceTree {
-  std::span<const Piece> pieces;
-  std::span<const Vec3> vertices;
-  std::span<const HullEdge> edges;         // indices are those within the piece's own hull
-  std::span<const HullFace> faces;         // the same
-  std::span<const uint32_t> edge_from;     // parallel to vertices
-  std::span<const uint32_t> leaf_of;       // of each triangle of the mesh: its leaf piece
-  std::span<const uint32_t> level_pieces;  // number of pieces of each level, the original first
+/// (Otaduy & Lin 2003). The root is piece 0. Hulls are viewed in a view.
+template <template <class> class Array>
+struct PieceTreeOf {
+  Array<Piece> pieces;
+  Array<Vec3> vertices;
+  Array<HullEdge> edges;         // indices are those within the piece's own hull
+  Array<HullFace> faces;         // the same
+  Array<uint32_t> edge_from;     // parallel to vertices
+  Array<uint32_t> leaf_of;       // of each triangle of the mesh: its leaf piece
+  Array<uint32_t> level_pieces;  // number of pieces of each level, the original first
+
+  PieceTreeOf<ArrayView> view() const {
+    return {pieces, vertices, edges, faces, edge_from, leaf_of, level_pieces};
+  }
 
   Hull hull(const Piece& piece) const {
     return {vertices.subspan(piece.first_vertex, piece.n_vertices),
@@ -50,17 +55,7 @@ struct PieceTree {
   }
 };
 
-/// The arrays of a PieceTree.
-struct PieceTreeData {
-  std::vector<Piece> pieces;
-  std::vector<Vec3> vertices;
-  std::vector<HullEdge> edges;
-  std::vector<HullFace> faces;
-  std::vector<uint32_t> edge_from, leaf_of, level_pieces;
-
-  PieceTree view() const {
-    return {pieces, vertices, edges, faces, edge_from, leaf_of, level_pieces};
-  }
-};
+using PieceTree = PieceTreeOf<ArrayView>;
+using PieceTreeData = PieceTreeOf<ArrayData>;
 
 }  // namespace haptic

@@ -31,9 +31,9 @@ MassProperties mass_properties(const TriangleMesh& mesh) {
   double volume = 0;
   Vec3 first;
   Mat3 second{{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
-  for (const Triangle& t : mesh.triangles) {
-    const Vec3 a = mesh.vertices[t[0]] - origin_O, b = mesh.vertices[t[1]] - origin_O,
-               c = mesh.vertices[t[2]] - origin_O;
+  for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [p, q, r] = corners_of(mesh, t);
+    const Vec3 a = p - origin_O, b = q - origin_O, c = r - origin_O;
     const double v = dot(a, cross(b, c)) / 6;
     volume += v;
     first += (v / 4) * (a + b + c);

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "contact/shape/mesh/box.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -99,11 +100,6 @@ void build_normals(MeshData& mesh) {
 
 }  // namespace
 
-TriangleMesh MeshData::view() const {
-  return {vertices,     triangles,      face_normals, triangle_edges, edge_faces, vertex_valence,
-          edge_normals, vertex_normals, lower,        upper,          closed};
-}
-
 MeshData build_mesh(std::vector<Vec3> vertices, std::vector<Triangle> triangles) {
   HAPTIC_ASSERT(std::all_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
     return std::max({t[0], t[1], t[2]}) < vertices.size();
@@ -114,11 +110,9 @@ MeshData build_mesh(std::vector<Vec3> vertices, std::vector<Triangle> triangles)
   build_edges(mesh);
   build_normals(mesh);
   if (!mesh.vertices.empty()) {
-    mesh.lower = mesh.upper = mesh.vertices[0];
-    for (const Vec3& v : mesh.vertices) {
-      mesh.lower = component_min(mesh.lower, v);
-      mesh.upper = component_max(mesh.upper, v);
-    }
+    const Box box = box_around(mesh.vertices);
+    mesh.lower = box.lower;
+    mesh.upper = box.upper;
   }
   return mesh;
 }

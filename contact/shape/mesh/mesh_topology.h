@@ -1,29 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <vector>
 
 #include "contact/shape/mesh/triangle_mesh.h"
 
 namespace haptic {
-
-/// A triangle mesh that owns its arrays; the fields are those of TriangleMesh.
-struct MeshData {
-  std::vector<Vec3> vertices;
-  std::vector<Triangle> triangles;
-  std::vector<Vec3> face_normals;
-  std::vector<Triangle> triangle_edges;
-  std::vector<std::array<uint32_t, 2>> edge_faces;
-  std::vector<uint32_t> vertex_valence;
-  std::vector<Vec3> edge_normals;
-  std::vector<Vec3> vertex_normals;
-  Vec3 lower, upper;
-  bool closed = false;
-
-  TriangleMesh view() const;
-};
 
 /// Edges, valences, unit normals, angle-weighted pseudo-normals (of an edge: mean of its faces; of
 /// a vertex: Σ αᵢ nᵢ over its corners; Bærentzen & Aanæs 2005) and bounds of an indexed mesh; at

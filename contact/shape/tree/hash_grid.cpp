@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 
+#include "contact/shape/mesh/box.h"
+#include "contact/shape/mesh/distinct.h"
 #include "contact/shape/tree/triangle_cube.h"
 #include "proto/math/assert.h"
 
@@ -19,8 +21,6 @@ constexpr double kMostCellsCounted = 1 << 12;  // per triangle; beyond, its boun
 
 using Index = std::array<int32_t, 3>;
 
-using Corners = std::array<Vec3, 3>;
-
 /// A triangle that reaches into a cell; `cell` is first its key, then its index.
 struct Entry {
   uint64_t cell;
@@ -29,10 +29,8 @@ struct Entry {
 
 /// In cells, from the corner of the grid.
 Corners in_cells(const TriangleMesh& mesh, uint32_t triangle, const HashGridData& grid) {
-  Corners corners;
-  for (size_t i = 0; i < 3; ++i) {
-    corners[i] = (mesh.vertices[mesh.triangles[triangle][i]] - grid.lower_O) / grid.cell;
-  }
+  Corners corners = corners_of(mesh, triangle);
+  for (Vec3& p : corners) p = (p - grid.lower_O) / grid.cell;
   return corners;
 }
 
@@ -52,8 +50,8 @@ IndexBox cells_around(const Corners& corners) {
     return Index{static_cast<int32_t>(v.x), static_cast<int32_t>(v.y), static_cast<int32_t>(v.z)};
   };
   // the margin keeps everything positive, so truncation rounds down
-  return {index_of(component_min(corners[0], component_min(corners[1], corners[2])) - overlap),
-          index_of(component_max(corners[0], component_max(corners[1], corners[2])) + overlap)};
+  const Box box = box_around(corners);
+  return {index_of(box.lower - overlap), index_of(box.upper + overlap)};
 }
 
 /// Calls f for each cell that the triangle reaches into.
@@ -160,8 +158,7 @@ void add_roots(std::vector<uint32_t>& out, std::span<const uint32_t> triangles,
                std::span<const uint32_t> leaf_of, std::span<const uint32_t> parents) {
   std::vector<uint32_t> roots;
   for (const uint32_t t : triangles) roots.push_back(leaf_of[t]);
-  std::sort(roots.begin(), roots.end());
-  roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
+  keep_distinct(roots);
   join_siblings(roots, parents);
   out.insert(out.end(), roots.begin(), roots.end());
 }
@@ -173,8 +170,7 @@ int8_t in_units(double value, double (*round)(double)) {
 /// Fills place `i` of a batch with a triangle relative to the centre of the cell.
 void fill_place(TriangleBatch& batch, size_t i, uint32_t triangle, const Corners& corners) {
   batch.triangle[i] = triangle;
-  const Vec3 lower = component_min(corners[0], component_min(corners[1], corners[2]));
-  const Vec3 upper = component_max(corners[0], component_max(corners[1], corners[2]));
+  const auto [lower, upper] = box_around(corners);
   const Vec3 n = 127.0 * normalized(cross(corners[1] - corners[0], corners[2] - corners[0]));
   Vec3 rounded;
   double sum = 0;
@@ -260,15 +256,12 @@ HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, doub
                              const RunBoth& run_both) {
   HashGridData grid;
   HAPTIC_ASSERT(tree.order.size() == mesh.triangles.size());
-  const Vec3 side = mesh.upper - mesh.lower;
-  const double longest = std::max({side.x, side.y, side.z});
-  const Vec3 reach = component_max(mesh.upper, -mesh.lower);
-  const double furthest = std::max({std::fabs(reach.x), std::fabs(reach.y), std::fabs(reach.z)});
-  if (tree.nodes.empty() || !(cell > furthest * 0x1p-30) ||
-      !(longest / cell + 2 * kGridMargin + 2 < 1 << kGridBits)) {
+  if (tree.nodes.empty() || !(cell > largest_coordinate(mesh) * 0x1p-30) ||
+      !(longest_of(mesh.upper - mesh.lower) / cell + 2 * kGridMargin + 2 < 1 << kGridBits)) {
     return grid;
   }
   grid.cell = cell;
+  grid.cells_per_metre = 1 / cell;
   grid.lower_O = mesh.lower - kGridMargin * cell * Vec3{1, 1, 1};
   if (is_too_fine(mesh, grid)) return HashGridData{};
   // in tree order: neighbours in space follow each other
@@ -296,9 +289,9 @@ size_t cells_of_triangle(const TriangleMesh& mesh, uint32_t triangle, double cel
 
 double mean_edge_length(const TriangleMesh& mesh) {
   double sum = 0;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    sum += norm(mesh.vertices[b] - mesh.vertices[a]) + norm(mesh.vertices[c] - mesh.vertices[b]) +
-           norm(mesh.vertices[a] - mesh.vertices[c]);
+  for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = corners_of(mesh, t);
+    sum += norm(b - a) + norm(c - b) + norm(a - c);
   }
   return mesh.triangles.empty() ? 0 : sum / (3.0 * static_cast<double>(mesh.triangles.size()));
 }

@@ -45,24 +45,6 @@ struct GridCell {
   std::span<const uint32_t> roots;
 };
 
-/// Uniform grid in a hash table (H-Collide; Gregory, Lin, Gottschalk, Taylor 2000). The tree of a
-/// cell is flat: boxes and slabs of its triangles, eight per batch. A crowded cell has the roots of
-/// those subtrees of the mesh's OBB tree that contain its triangles. A view.
-struct HashGrid {
-  Vec3 lower_O;     // corner of the cell (0, 0, 0)
-  double cell = 0;  // edge of a cell [m]
-  double cells_per_metre = 0;
-  std::span<const GridSlot> slots;  // power of two, linear probing; empty: no grid
-  std::span<const TriangleBatch> batches;
-  std::span<const uint32_t> roots;  // nodes of the OBB tree
-
-  /// Empty for a cell without triangles.
-  GridCell find(uint64_t key) const { return at(slot_of(key)); }
-  /// Slot of a cell; a free slot for one without triangles. `likely` is probed first: only a hint.
-  size_t slot_of(uint64_t key, size_t likely = 0) const;
-  GridCell at(size_t slot) const;
-};
-
 inline constexpr int kGridBits = 21;  // bits per cell index: h = x + y n + z n² with n = 2²¹
 
 inline uint64_t cell_key(const std::array<int32_t, 3>& index) {
@@ -77,32 +59,43 @@ inline size_t first_slot(uint64_t key, size_t n_slots) {
   return static_cast<size_t>(scrambled ^ scrambled >> 32) & (n_slots - 1);
 }
 
-inline size_t HashGrid::slot_of(uint64_t key, size_t likely) const {
-  const auto is_of = [&](size_t i) { return slots[i].key == key && slots[i].count > 0; };
-  if (likely < slots.size() && is_of(likely)) return likely;
-  size_t i = first_slot(key, slots.size());
-  while (slots[i].count > 0 && slots[i].key != key) i = (i + 1) & (slots.size() - 1);
-  return i;
-}
+/// Uniform grid in a hash table (H-Collide; Gregory, Lin, Gottschalk, Taylor 2000). The tree of a
+/// cell is flat: boxes and slabs of its triangles, eight per batch. A crowded cell has the roots of
+/// those subtrees of the mesh's OBB tree that contain its triangles. Only a view is searched.
+template <template <class> class Array>
+struct HashGridOf {
+  Vec3 lower_O;     // corner of the cell (0, 0, 0)
+  double cell = 0;  // edge of a cell [m]
+  double cells_per_metre = 0;
+  Array<GridSlot> slots;  // power of two, linear probing; empty: no grid
+  Array<TriangleBatch> batches;
+  Array<uint32_t> roots;  // nodes of the OBB tree
 
-inline GridCell HashGrid::at(size_t slot) const {
-  const auto& [key, first, count, is_crowded] = slots[slot];
-  if (count == 0) return {};
-  if (is_crowded) return {{}, roots.subspan(first, count)};
-  return {batches.subspan(first, count), {}};
-}
+  HashGridOf<ArrayView> view() const {
+    return {lower_O, cell, cells_per_metre, slots, batches, roots};
+  }
+  /// Empty for a cell without triangles.
+  GridCell find(uint64_t key) const { return at(slot_of(key)); }
+  /// Slot of a cell; a free slot for one without triangles. `likely` is probed first: only a hint.
+  size_t slot_of(uint64_t key, size_t likely = 0) const {
+    const auto is_of = [&](size_t i) { return slots[i].key == key && slots[i].count > 0; };
+    if (likely < slots.size() && is_of(likely)) return likely;
+    size_t i = first_slot(key, slots.size());
+    while (slots[i].count > 0 && slots[i].key != key) i = (i + 1) & (slots.size() - 1);
+    return i;
+  }
+  GridCell at(size_t slot) const {
+    const auto& [key, first, count, is_crowded] = slots[slot];
+    if (count == 0) return {};
+    if (is_crowded) return {{}, roots.subspan(first, count)};
+    return {batches.subspan(first, count), {}};
+  }
+};
+using HashGrid = HashGridOf<ArrayView>;
+using HashGridData = HashGridOf<ArrayData>;
 
 /// Empty cells around the bounds of the mesh, so that a probe just outside stays in the grid.
 inline constexpr int kGridMargin = 16;
-
-struct HashGridData {
-  Vec3 lower_O;
-  double cell = 0;
-  std::vector<GridSlot> slots;
-  std::vector<TriangleBatch> batches;
-  std::vector<uint32_t> roots;
-  HashGrid view() const { return {lower_O, cell, 1 / cell, slots, batches, roots}; }
-};
 
 /// Sorts the triangles of a mesh into cells of this size; at start-up only. Cells overlap by a
 /// millionth of their size, which covers every rounding of a traversal. The result does not depend

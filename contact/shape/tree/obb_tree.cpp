@@ -9,6 +9,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "contact/shape/mesh/box.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -24,7 +25,7 @@ constexpr double kBoxPad = 1e-14;  // of the largest coordinate: about 45 roundi
 
 /// A triangle by value: the build sorts these, so each level reads memory sequentially.
 struct Item {
-  Vec3 p[3];
+  Corners p;
   uint32_t index;
   Vec3 centroid() const { return (p[0] + p[1] + p[2]) / 3.0; }
 };
@@ -133,11 +134,6 @@ FittedBox fit_box(std::span<const Item> items, const Moments& moments, double pa
   return box;
 }
 
-Vec3 longest_axis(const FittedBox& box) {
-  const Vec3& h = box.half;
-  return box.R_BO.row[h.x >= h.y && h.x >= h.z ? 0 : h.y >= h.z ? 1 : 2];
-}
-
 /// Partitions the items along the axis at the mean; returns the size of the first part, in [1, n −
 /// 1]. Splits at the median if the mean does not separate; small sets are split such that leaves
 /// are full.
@@ -180,7 +176,8 @@ Split split_items(std::span<Item> items, int depth, double pad) {
   const Moments moments = area_moments(items);
   Split result{fit_box(items, moments, pad), 0};
   if (items.size() <= kLeafTriangles) return result;
-  result.n_first = split(items, longest_axis(result.box), moments.mean, depth >= kHalvingDepth);
+  result.n_first = split(items, result.box.R_BO.row[longest_axis(result.box.half)], moments.mean,
+                         depth >= kHalvingDepth);
   return result;
 }
 
@@ -248,12 +245,9 @@ ObbTreeData build_obb_tree(const TriangleMesh& mesh, const RunBoth& run_both) {
   }
   std::vector<Item> items(mesh.triangles.size());
   for (uint32_t i = 0; i < items.size(); ++i) {
-    const Triangle& tri = mesh.triangles[i];
-    items[i] = {{mesh.vertices[tri[0]], mesh.vertices[tri[1]], mesh.vertices[tri[2]]}, i};
+    items[i] = {corners_of(mesh, i), i};
   }
-  const Vec3 reach = component_max(mesh.upper, -mesh.lower);
-  const double pad = kBoxPad * std::max({std::fabs(reach.x), std::fabs(reach.y), std::fabs(reach.z),
-                                         norm(mesh.upper - mesh.lower)});
+  const double pad = kBoxPad * std::max(largest_coordinate(mesh), norm(mesh.upper - mesh.lower));
   tree.nodes = build_branching(items, 0, 0, pad, run_both);
   tree.order.resize(items.size());
   std::transform(items.begin(), items.end(), tree.order.begin(),

@@ -46,20 +46,19 @@ static_assert(sizeof(ObbNode) == 64);
 inline constexpr size_t kLeafTriangles = 4;  // per leaf, at most
 
 /// OBB tree over the triangles of a mesh (Gottschalk, Lin, Manocha 1996): boxes from the
-/// area-weighted covariance of the triangles, split at the mean along the longest axis. A view.
-struct ObbTree {
-  std::span<const ObbNode> nodes;   // root first; empty for no triangles
-  std::span<const uint32_t> order;  // triangle indices, grouped by leaf
+/// area-weighted covariance of the triangles, split at the mean along the longest axis.
+template <template <class> class Array>
+struct ObbTreeOf {
+  Array<ObbNode> nodes;   // root first; empty for no triangles
+  Array<uint32_t> order;  // triangle indices, grouped by leaf
+
+  ObbTreeOf<ArrayView> view() const { return {nodes, order}; }
 };
+using ObbTree = ObbTreeOf<ArrayView>;
+using ObbTreeData = ObbTreeOf<ArrayData>;
 
 inline constexpr int kMaxTreeDepth = 64;  // never exceeded; size of traversal stacks
 inline constexpr size_t kMaxTreeTriangles = size_t{1} << 27;  // node indices have 28 bits
-
-struct ObbTreeData {
-  std::vector<ObbNode> nodes;
-  std::vector<uint32_t> order;
-  ObbTree view() const { return {nodes, order}; }
-};
 
 /// Runs both functions, in parallel if it can.
 using RunBoth =

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <limits>
 
+#include "contact/shape/mesh/box.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -50,12 +51,12 @@ double cos_widened(double cos) {
          std::sqrt(std::max(1 - cos * cos, 0.0)) * std::sin(kConeSlack);
 }
 
-double longest_side(const std::array<Vec3, 3>& p) {
+double longest_side(const Corners& p) {
   return std::max({norm(p[1] - p[0]), norm(p[2] - p[1]), norm(p[0] - p[2])});
 }
 
 /// Whether the smallest height of a triangle is at most `thinnest`: its normal is unreliable.
-bool is_thin(const std::array<Vec3, 3>& p, double thinnest) {
+bool is_thin(const Corners& p, double thinnest) {
   return !(norm(cross(p[1] - p[0], p[2] - p[0])) > thinnest * longest_side(p));
 }
 
@@ -70,9 +71,7 @@ struct Patch {
 class Builder {
  public:
   explicit Builder(const TriangleMesh& mesh) : mesh_(mesh), cones_(mesh.vertices.size()) {
-    const Vec3 reach = component_max(mesh.upper, -mesh.lower);
-    const double largest = std::max({std::fabs(reach.x), std::fabs(reach.y), std::fabs(reach.z),
-                                     norm(mesh.upper - mesh.lower)});
+    const double largest = std::max(largest_coordinate(mesh), norm(mesh.upper - mesh.lower));
     pad_ = kPad * largest;
     build_cones(kThinnest * largest);
   }
@@ -82,10 +81,8 @@ class Builder {
     if (n == 0) return {};
     items_.resize(n);
     for (uint32_t i = 0; i < n; ++i) {
-      const auto& [a, b, c] = mesh_.triangles[i];
-      const Vec3 sum = mesh_.vertices[a] + mesh_.vertices[b] + mesh_.vertices[c];
-      items_[i] = {
-          {static_cast<float>(sum.x), static_cast<float>(sum.y), static_cast<float>(sum.z)}, i};
+      const auto [a, b, c] = corners_of(mesh_, i);
+      items_[i] = {to_floats(a + b + c), i};
     }
     tree_.nodes.reserve(n / 40 + 1);
     tree_.leaves.reserve(n / 6 + 1);
@@ -102,10 +99,9 @@ class Builder {
   /// Per vertex, the cone of the normals around it; all directions on a border.
   void build_cones(double thinnest) {
     for (size_t v = 0; v < cones_.size(); ++v) cones_[v] = {mesh_.vertex_normals[v], 1};
-    for (size_t f = 0; f < mesh_.triangles.size(); ++f) {
+    for (uint32_t f = 0; f < mesh_.triangles.size(); ++f) {
       const Triangle& tri = mesh_.triangles[f];
-      const bool sliver = is_thin(
-          {mesh_.vertices[tri[0]], mesh_.vertices[tri[1]], mesh_.vertices[tri[2]]}, thinnest);
+      const bool sliver = is_thin(corners_of(mesh_, f), thinnest);
       for (size_t i = 0; i < 3; ++i) {
         Cone& cone = cones_[tri[i]];
         cone.cos = sliver ? -1 : std::min(cone.cos, dot(cone.axis, mesh_.face_normals[f]));
@@ -177,7 +173,7 @@ class Builder {
     leaf.triangle[lane] = triangle;
     const double per_step = 1 / static_cast<double>(leaf.step);
     std::array<std::array<uint32_t, 3>, 3> words;
-    std::array<Vec3, 3> steps;
+    Corners steps;
     for (size_t c = 0; c < 3; ++c) {
       const Vec3& v = mesh_.vertices[mesh_.triangles[triangle][c]];
       for (int k = 0; k < 3; ++k) {
@@ -197,9 +193,7 @@ class Builder {
   Patch measure(size_t begin, size_t end) const {
     Patch patch;
     for (size_t i = begin; i < end; ++i) {
-      const Triangle& tri = mesh_.triangles[items_[i].triangle];
-      const Vec3 &a = mesh_.vertices[tri[0]], &b = mesh_.vertices[tri[1]],
-                 &c = mesh_.vertices[tri[2]];
+      const auto [a, b, c] = corners_of(mesh_, items_[i].triangle);
       patch.lower = component_min(patch.lower, component_min(a, component_min(b, c)));
       patch.upper = component_max(patch.upper, component_max(a, component_max(b, c)));
       patch.normal_sum += cross(b - a, c - a);

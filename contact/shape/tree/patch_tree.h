@@ -45,19 +45,18 @@ inline constexpr uint32_t kPatchSteps = 1023;  // along the longest side of a le
 /// Eight-wide tree over the triangles of a mesh for distance queries: boxes as in any bounding
 /// volume hierarchy, normal cones after Johnson & Cohen 2001, here widened to every face that
 /// shares a vertex with the patch, so that minima on edges and vertices of its rim are kept. About
-/// 27 bytes per triangle. A view.
-struct PatchTree {
-  std::span<const PatchNode> nodes;  // root first, children after their parent
-  std::span<const PatchLeaf> leaves;
+/// 27 bytes per triangle.
+template <template <class> class Array>
+struct PatchTreeOf {
+  Array<PatchNode> nodes;  // root first, children after their parent
+  Array<PatchLeaf> leaves;
+
+  PatchTreeOf<ArrayView> view() const { return {nodes, leaves}; }
 };
+using PatchTree = PatchTreeOf<ArrayView>;
+using PatchTreeData = PatchTreeOf<ArrayData>;
 
 inline constexpr int kMaxPatchDepth = 12;  // 8¹¹ leaves exceed any number of triangles
-
-struct PatchTreeData {
-  std::vector<PatchNode> nodes;
-  std::vector<PatchLeaf> leaves;
-  PatchTree view() const { return {nodes, leaves}; }
-};
 
 /// Builds the tree, full except for the last levels, by splits across the longest axis; at start-up
 /// only.

@@ -12,7 +12,7 @@ namespace haptic {
 /// Whether a triangle meets a cube centred at the origin, border included; `half` is half its edge.
 /// Separating axes of Akenine-Möller 2001, in double: rounding decides for a triangle that touches
 /// the border, which callers cover by a slightly larger half.
-inline bool triangle_meets_cube(const std::array<Vec3, 3>& v, double half) {
+inline bool triangle_meets_cube(const Corners& v, double half) {
   const auto apart = [](double p, double q, double r, double radius) {
     return std::min({p, q, r}) > radius || std::max({p, q, r}) < -radius;
   };

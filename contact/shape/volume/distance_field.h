@@ -4,9 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <span>
-#include <vector>
 
+#include "contact/shape/mesh/arrays.h"
 #include "contact/shape/tree/obb_tree.h"
 
 namespace haptic {
@@ -24,16 +23,27 @@ inline constexpr double kFieldUnits = 32767;  // per band
 inline constexpr uint32_t kNoFieldBrick = ~0u;
 
 /// Signed distance to a closed mesh, negative inside, in O: trilinear interpolation near the
-/// surface, a bound elsewhere (Barbič & James 2008, in sparse bricks). A view.
-struct DistanceField {
+/// surface, a bound elsewhere (Barbič & James 2008, in sparse bricks).
+template <template <class> class Array>
+struct DistanceFieldOf {
   Vec3 lower_O;     // node (0, 0, 0)
   double cell = 0;  // [m]
   double band = 0;  // stored distances are clamped to ± this [m]
   std::array<int32_t, 3> bricks{};
-  std::span<const uint32_t> index;  // brick of each place, x fastest; kNoFieldBrick: far
-  std::span<const float> middle;    // distance at the middle of each place [m]
-  std::span<const FieldBrick> data;
+  Array<uint32_t> index;  // brick of each place, x fastest; kNoFieldBrick: far
+  Array<float> middle;    // distance at the middle of each place [m]
+  Array<FieldBrick> data;
+
+  DistanceFieldOf<ArrayView> view() const {
+    return {lower_O, cell, band, bricks, index, middle, data};
+  }
+  size_t bytes() const {
+    return index.size() * sizeof(uint32_t) + middle.size() * sizeof(float) +
+           data.size() * sizeof(FieldBrick);
+  }
 };
+using DistanceField = DistanceFieldOf<ArrayView>;
+using DistanceFieldData = DistanceFieldOf<ArrayData>;
 
 /// The field at a point.
 struct FieldSample {
@@ -53,21 +63,6 @@ struct FieldDistance {
 FieldSample sample_field(const DistanceField& field, const Vec3& p_O);
 /// The distance of sample_field, bit-identical.
 FieldDistance sample_distance(const DistanceField& field, const Vec3& p_O);
-
-struct DistanceFieldData {
-  Vec3 lower_O;
-  double cell = 0, band = 0;
-  std::array<int32_t, 3> bricks{};
-  std::vector<uint32_t> index;
-  std::vector<float> middle;
-  std::vector<FieldBrick> data;
-
-  DistanceField view() const { return {lower_O, cell, band, bricks, index, middle, data}; }
-  size_t bytes() const {
-    return index.size() * sizeof(uint32_t) + middle.size() * sizeof(float) +
-           data.size() * sizeof(FieldBrick);
-  }
-};
 
 struct DistanceFieldOptions {
   double cell = 1e-3;    // [m]

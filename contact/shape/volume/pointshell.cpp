@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/shape/mesh/box.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -58,8 +59,7 @@ Vec3 first_cube(const TriangleMesh& mesh, double spacing) {
 /// Samples on a grid over the triangle, including its corners and its centroid.
 void sample_triangle(const TriangleMesh& mesh, uint32_t triangle, const Vec3& lower, double spacing,
                      std::vector<Sample>& out) {
-  const auto& [ia, ib, ic] = mesh.triangles[triangle];
-  const Vec3 &a = mesh.vertices[ia], &b = mesh.vertices[ib], &c = mesh.vertices[ic];
+  const auto [a, b, c] = corners_of(mesh, triangle);
   const double longest = std::max({norm(b - a), norm(c - b), norm(a - c)});
   const int n = static_cast<int>(
       std::clamp(std::ceil(kSamplesAcross * longest / spacing), 1.0, kMostSamples));
@@ -164,9 +164,8 @@ void build_levels(PointshellData& shell, const std::vector<Sample>& samples) {
 
 PointshellData build_pointshell(const TriangleMesh& mesh, double spacing) {
   PointshellData shell;
-  const Vec3 side = mesh.upper - mesh.lower;
   if (mesh.triangles.empty() || !(spacing > 0) ||
-      !(std::max({side.x, side.y, side.z}) < kMostCubes * spacing)) {
+      !(longest_of(mesh.upper - mesh.lower) < kMostCubes * spacing)) {
     return shell;
   }
   shell.spacing = spacing;

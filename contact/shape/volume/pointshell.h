@@ -2,9 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
-#include <vector>
 
+#include "contact/shape/mesh/arrays.h"
 #include "contact/shape/mesh/triangle_mesh.h"
 
 namespace haptic {
@@ -22,24 +21,22 @@ struct ShellNode {
 
 /// Points on the surface of a tool with inward normals (McNeely, Puterbaugh, Troy 1999), in Morton
 /// order, so that neighbours in space are neighbours in memory; in levels of resolution, each twice
-/// as fine as the one before (Barbič & James 2008). In T. A view.
-struct Pointshell {
-  double spacing = 0;  // approximate, of the points of the finest level [m]
-  double radius = 0;   // of the ball around the origin of T that contains all points [m]
-  std::span<const float> x, y, z;     // [m]
-  std::span<const float> nx, ny, nz;  // unit
-  std::span<const ShellNode> nodes;   // level by level, the root first
-  std::span<const uint32_t> levels;   // first node of each level, then the number of nodes
-};
+/// as fine as the one before (Barbič & James 2008). In T.
+template <template <class> class Array>
+struct PointshellOf {
+  double spacing = 0;       // approximate, of the points of the finest level [m]
+  double radius = 0;        // of the ball around the origin of T that contains all points [m]
+  Array<float> x, y, z;     // [m]
+  Array<float> nx, ny, nz;  // unit
+  Array<ShellNode> nodes;   // level by level, the root first
+  Array<uint32_t> levels;   // first node of each level, then the number of nodes
 
-struct PointshellData {
-  double spacing = 0, radius = 0;
-  std::vector<float> x, y, z, nx, ny, nz;
-  std::vector<ShellNode> nodes;
-  std::vector<uint32_t> levels;
-
-  Pointshell view() const { return {spacing, radius, x, y, z, nx, ny, nz, nodes, levels}; }
+  PointshellOf<ArrayView> view() const {
+    return {spacing, radius, x, y, z, nx, ny, nz, nodes, levels};
+  }
 };
+using Pointshell = PointshellOf<ArrayView>;
+using PointshellData = PointshellOf<ArrayData>;
 
 /// Bakes the shell; at start-up only. One point for each cube of edge `spacing` that the surface
 /// passes: the sample nearest to its middle, of samples a third of the spacing apart, with the

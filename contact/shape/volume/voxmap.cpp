@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/shape/mesh/box.h"
 #include "contact/shape/tree/triangle_cube.h"
 #include "proto/math/assert.h"
 
@@ -16,54 +17,22 @@ constexpr uint32_t kAllFree = 0, kAllInterior = 1;  // bricks
 constexpr std::array<VoxelIndex, 6> kFaces{
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-/// A map under construction: each place that is written to gets its own brick.
-class VoxmapBuilder {
- public:
-  explicit VoxmapBuilder(VoxmapData& map) : map_(map) {
-    map_.data.resize(2);
-    map_.data[kAllInterior].words.fill(0x55555555u);
-    map_.index.assign(places(), kAllFree);
+/// Each place that is written to gets its own brick.
+void set_voxel(VoxmapData& map, const VoxelIndex& i, Voxel value) {
+  HAPTIC_ASSERT(map.holds(i));
+  uint32_t& brick = map.index[map.place_of(i)];
+  if (brick == kAllFree || brick == kAllInterior) {
+    map.data.push_back(map.data[brick]);
+    brick = static_cast<uint32_t>(map.data.size() - 1);
   }
-
-  size_t places() const {
-    return static_cast<size_t>(map_.bricks[0]) * static_cast<size_t>(map_.bricks[1]) *
-           static_cast<size_t>(map_.bricks[2]);
-  }
-  bool holds(const VoxelIndex& i) const {
-    for (size_t k = 0; k < 3; ++k) {
-      if (i[k] < 0 || i[k] >= map_.bricks[k] << kBrickBits) return false;
-    }
-    return true;
-  }
-  size_t place_of(const VoxelIndex& i) const {
-    const auto at = [&](size_t k) { return static_cast<size_t>(i[k] >> kBrickBits); };
-    return (at(2) * static_cast<size_t>(map_.bricks[1]) + at(1)) *
-               static_cast<size_t>(map_.bricks[0]) +
-           at(0);
-  }
-  Voxel at(const VoxelIndex& i) const {
-    return map_.data[map_.index[place_of(i)]].at(voxel_in_brick(i));
-  }
-  void set(const VoxelIndex& i, Voxel value) {
-    HAPTIC_ASSERT(holds(i));
-    uint32_t& brick = map_.index[place_of(i)];
-    if (brick == kAllFree || brick == kAllInterior) {
-      map_.data.push_back(map_.data[brick]);
-      brick = static_cast<uint32_t>(map_.data.size() - 1);
-    }
-    map_.data[brick].set(voxel_in_brick(i), value);
-  }
-
- private:
-  VoxmapData& map_;
-};
+  map.data[brick].set(voxel_in_brick(i), value);
+}
 
 /// Marks every voxel that the triangle meets; appends the new ones.
-void scan_triangle(const std::array<Vec3, 3>& corners, VoxmapBuilder& map,
-                   std::vector<VoxelIndex>& surface) {
+void scan_triangle(const Corners& corners, VoxmapData& map, std::vector<VoxelIndex>& surface) {
   const Vec3 slack = kSlack * Vec3{1, 1, 1};
-  const Vec3 low = component_min(corners[0], component_min(corners[1], corners[2])) - slack;
-  const Vec3 high = component_max(corners[0], component_max(corners[1], corners[2])) + slack;
+  const Box box = box_around(corners);
+  const Vec3 low = box.lower - slack, high = box.upper + slack;
   const auto cell = [](double x) { return static_cast<int32_t>(std::floor(x)); };
   VoxelIndex i;
   for (i[2] = cell(low.z); i[2] <= cell(high.z); ++i[2]) {
@@ -71,25 +40,21 @@ void scan_triangle(const std::array<Vec3, 3>& corners, VoxmapBuilder& map,
       for (i[0] = cell(low.x); i[0] <= cell(high.x); ++i[0]) {
         if (map.at(i) == Voxel::kSurface) continue;
         const Vec3 centre{i[0] + 0.5, i[1] + 0.5, i[2] + 0.5};
-        const std::array<Vec3, 3> seen{corners[0] - centre, corners[1] - centre,
-                                       corners[2] - centre};
+        const Corners seen{corners[0] - centre, corners[1] - centre, corners[2] - centre};
         if (!triangle_meets_cube(seen, 0.5 + kSlack)) continue;
-        map.set(i, Voxel::kSurface);
+        set_voxel(map, i, Voxel::kSurface);
         surface.push_back(i);
       }
     }
   }
 }
 
-std::vector<VoxelIndex> scan_surface(const TriangleMesh& mesh, const VoxmapData& map,
-                                     VoxmapBuilder& builder) {
+std::vector<VoxelIndex> scan_surface(const TriangleMesh& mesh, VoxmapData& map) {
   std::vector<VoxelIndex> surface;
-  for (const Triangle& triangle : mesh.triangles) {
-    std::array<Vec3, 3> corners;
-    for (size_t k = 0; k < 3; ++k) {
-      corners[k] = (mesh.vertices[triangle[k]] - map.lower_O) / map.size;
-    }
-    scan_triangle(corners, builder, surface);
+  for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    Corners corners = corners_of(mesh, t);
+    for (Vec3& p : corners) p = (p - map.lower_O) / map.size;
+    scan_triangle(corners, map, surface);
   }
   return surface;
 }
@@ -98,17 +63,15 @@ std::vector<VoxelIndex> scan_surface(const TriangleMesh& mesh, const VoxmapData&
 /// voxel. What it does not reach becomes interior.
 class Flood {
  public:
-  Flood(VoxmapData& map, VoxmapBuilder& builder)
-      : map_(map), builder_(builder), reached_bricks_(builder.places()) {
-    reached_.resize(map.data.size());
-  }
+  explicit Flood(VoxmapData& map)
+      : map_(map), reached_bricks_(map.index.size()), reached_(map.data.size()) {}
 
   void run() {
     reach({0, 0, 0});
     while (!open_.empty()) {
       const VoxelIndex i = open_.back();
       open_.pop_back();
-      if (map_.index[builder_.place_of(i)] == kAllFree) {
+      if (map_.index[map_.place_of(i)] == kAllFree) {
         cross_brick(i);
         continue;
       }
@@ -119,8 +82,8 @@ class Flood {
 
  private:
   void reach(const VoxelIndex& i) {
-    if (!builder_.holds(i)) return;
-    const size_t place = builder_.place_of(i);
+    if (!map_.holds(i)) return;
+    const size_t place = map_.place_of(i);
     const uint32_t brick = map_.index[place];
     if (brick == kAllFree) {
       if (reached_bricks_[place]) return;
@@ -144,8 +107,8 @@ class Flood {
       for (const int beyond : {-1, kBrickSide}) {
         VoxelIndex next = corner;
         next[axis] += beyond;
-        if (!builder_.holds(next)) continue;
-        if (map_.index[builder_.place_of(next)] == kAllFree) {
+        if (!map_.holds(next)) continue;
+        if (map_.index[map_.place_of(next)] == kAllFree) {
           reach(next);
         } else {
           reach_side(next, axis);
@@ -182,14 +145,13 @@ class Flood {
   }
 
   VoxmapData& map_;
-  VoxmapBuilder& builder_;
   std::vector<bool> reached_bricks_;
   std::vector<VoxelBrick> reached_;
   std::vector<VoxelIndex> open_;
 };
 
 /// Turns the free neighbours of these voxels into proximity.
-std::vector<VoxelIndex> add_ring(const std::vector<VoxelIndex>& surface, VoxmapBuilder& map) {
+std::vector<VoxelIndex> add_ring(const std::vector<VoxelIndex>& surface, VoxmapData& map) {
   std::vector<VoxelIndex> ring;
   for (const VoxelIndex& i : surface) {
     for (int z = -1; z <= 1; ++z) {
@@ -197,7 +159,7 @@ std::vector<VoxelIndex> add_ring(const std::vector<VoxelIndex>& surface, VoxmapB
         for (int x = -1; x <= 1; ++x) {
           const VoxelIndex next{i[0] + x, i[1] + y, i[2] + z};
           if (map.at(next) != Voxel::kFree) continue;
-          map.set(next, Voxel::kProximity);
+          set_voxel(map, next, Voxel::kProximity);
           ring.push_back(next);
         }
       }
@@ -213,8 +175,9 @@ VoxmapData build_voxmap(const TriangleMesh& mesh, const VoxmapOptions& options) 
   VoxmapData map;
   if (mesh.triangles.empty() || !(options.size > 0)) return map;
   const Vec3 side = (mesh.upper - mesh.lower) / options.size;
-  if (!(std::max({side.x, side.y, side.z}) <= kMostVoxels)) return map;
+  if (!(longest_of(side) <= kMostVoxels)) return map;
   map.size = options.size;
+  map.voxels_per_metre = 1 / options.size;
   // room for the offset, a ring around it, and free voxels for the flood fill
   const int margin = options.offset_layers + 3;
   map.lower_O = mesh.lower - margin * options.size * Vec3{1, 1, 1};
@@ -222,15 +185,19 @@ VoxmapData build_voxmap(const TriangleMesh& mesh, const VoxmapOptions& options) 
     const int voxels = static_cast<int>(std::ceil(side[static_cast<int>(k)])) + 2 * margin;
     map.bricks[k] = (voxels + kBrickSide - 1) >> kBrickBits;
   }
-  VoxmapBuilder builder(map);
-  std::vector<VoxelIndex> surface = scan_surface(mesh, map, builder);
-  Flood(map, builder).run();
-  std::vector<VoxelIndex> ring = add_ring(surface, builder);
+  map.data.resize(2);
+  map.data[kAllInterior].words.fill(0x55555555u);
+  map.index.assign(static_cast<size_t>(map.bricks[0]) * static_cast<size_t>(map.bricks[1]) *
+                       static_cast<size_t>(map.bricks[2]),
+                   kAllFree);
+  std::vector<VoxelIndex> surface = scan_surface(mesh, map);
+  Flood(map).run();
+  std::vector<VoxelIndex> ring = add_ring(surface, map);
   for (int layer = 0; layer < options.offset_layers; ++layer) {
-    for (const VoxelIndex& i : surface) builder.set(i, Voxel::kInterior);
-    for (const VoxelIndex& i : ring) builder.set(i, Voxel::kSurface);
+    for (const VoxelIndex& i : surface) set_voxel(map, i, Voxel::kInterior);
+    for (const VoxelIndex& i : ring) set_voxel(map, i, Voxel::kSurface);
     surface = std::move(ring);
-    ring = add_ring(surface, builder);
+    ring = add_ring(surface, map);
   }
   return map;
 }

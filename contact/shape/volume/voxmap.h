@@ -3,9 +3,8 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
-#include <vector>
 
+#include "contact/shape/mesh/arrays.h"
 #include "contact/shape/mesh/triangle_mesh.h"
 
 namespace haptic {
@@ -45,26 +44,36 @@ inline uint32_t voxel_in_brick(const VoxelIndex& i) {
 
 /// The space around a mesh in cubes of equal size (McNeely, Puterbaugh, Troy 1999), in sparse
 /// bricks: two loads per voxel, memory only for bricks that are neither all free nor all interior.
-/// A view.
-struct Voxmap {
+template <template <class> class Array>
+struct VoxmapOf {
   Vec3 lower_O;     // corner of voxel (0, 0, 0)
   double size = 0;  // edge of a voxel [m]
   double voxels_per_metre = 0;
-  VoxelIndex bricks{};               // along each axis
-  std::span<const uint32_t> index;   // brick of each place, x fastest
-  std::span<const VoxelBrick> data;  // the first two are all free and all interior
+  VoxelIndex bricks{};     // along each axis
+  Array<uint32_t> index;   // brick of each place, x fastest
+  Array<VoxelBrick> data;  // the first two are all free and all interior
 
+  VoxmapOf<ArrayView> view() const {
+    return {lower_O, size, voxels_per_metre, bricks, index, data};
+  }
+  size_t bytes() const {
+    return index.size() * sizeof(uint32_t) + data.size() * sizeof(VoxelBrick);
+  }
+  bool holds(const VoxelIndex& i) const {
+    for (size_t k = 0; k < 3; ++k) {
+      if (i[k] < 0 || i[k] >= bricks[k] << kBrickBits) return false;
+    }
+    return true;
+  }
+  /// The place of the brick of a voxel that the map holds.
+  size_t place_of(const VoxelIndex& i) const {
+    const auto at = [&](size_t k) { return static_cast<size_t>(i[k] >> kBrickBits); };
+    return (at(2) * static_cast<size_t>(bricks[1]) + at(1)) * static_cast<size_t>(bricks[0]) +
+           at(0);
+  }
   /// kFree beyond the map.
   Voxel at(const VoxelIndex& i) const {
-    for (size_t k = 0; k < 3; ++k) {
-      if (i[k] < 0 || i[k] >= bricks[k] << kBrickBits) return Voxel::kFree;
-    }
-    const auto x = static_cast<size_t>(i[0] >> kBrickBits),
-               y = static_cast<size_t>(i[1] >> kBrickBits),
-               z = static_cast<size_t>(i[2] >> kBrickBits);
-    const size_t place =
-        (z * static_cast<size_t>(bricks[1]) + y) * static_cast<size_t>(bricks[0]) + x;
-    return data[index[place]].at(voxel_in_brick(i));
+    return holds(i) ? data[index[place_of(i)]].at(voxel_in_brick(i)) : Voxel::kFree;
   }
   VoxelIndex index_of(const Vec3& p_O) const {
     const Vec3 q = voxels_per_metre * (p_O - lower_O);
@@ -76,18 +85,8 @@ struct Voxmap {
   }
 };
 
-struct VoxmapData {
-  Vec3 lower_O;
-  double size = 0;
-  VoxelIndex bricks{};
-  std::vector<uint32_t> index;
-  std::vector<VoxelBrick> data;
-
-  Voxmap view() const { return {lower_O, size, size > 0 ? 1 / size : 0, bricks, index, data}; }
-  size_t bytes() const {
-    return index.size() * sizeof(uint32_t) + data.size() * sizeof(VoxelBrick);
-  }
-};
+using Voxmap = VoxmapOf<ArrayView>;
+using VoxmapData = VoxmapOf<ArrayData>;
 
 struct VoxmapOptions {
   double size = 1e-3;     // of a voxel [m]

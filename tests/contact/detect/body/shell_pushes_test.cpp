@@ -159,6 +159,7 @@ TEST_CASE("distance-field penalty: continuous under steps of a micrometre", "[co
   std::vector<ShellVisit> visited(shell.nodes.size() + 1);
   std::vector<ShellTouch> touches(shell.x.size());
   std::vector<PointPush> pushes(shell.x.size());
+  ShellCoherence coherence(shell.view());
   const ShellForce force{stiffness, 1e9, 0.5e-3};
   const auto steps = sweep(5000);
   // once over the ball and in by 4 mm, turning, whatever the number of steps
@@ -175,7 +176,7 @@ TEST_CASE("distance-field penalty: continuous under steps of a micrometre", "[co
     const double start = 0.01 * static_cast<double>((7 * (k / 500) + 13) % 20) / 20;
     const Pose X_OT = at(start + 1.5e-6 * static_cast<double>(k % 500));
     const ShellAnswer answer =
-        find_touches(field.view(), shell.view(), X_OT, {0.5e-3}, nullptr, visited, touches);
+        find_touches(field.view(), shell.view(), X_OT, {0.5e-3}, coherence, visited, touches);
     const size_t n =
         pushes_from_field(shell.view(), X_OT, {touches.data(), answer.n}, force, pushes);
     const Wrench F = sum_pushes({pushes.data(), n}, {}).F0_O;

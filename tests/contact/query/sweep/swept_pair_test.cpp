@@ -72,8 +72,9 @@ TEST_CASE("swept pair: corners that are not finite meet at once, unproven", "[co
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), kInfinity, -kInfinity}) {
     const RigidMotion motion = motion_between({{0, 0, 1}, {}}, {{0, 0, bad}, {}}, {});
+    const MotionStretch stretch = stretch_of(motion, 0, 1, 1);
     check_unproven_at_once(
-        vertex_face_meeting(stretch_of(motion, 0, 1, 1), {0, 0, 0}, still, kPairTolerance));
+        first_meeting(FeaturePath::of_vertex_and_face(stretch, {0, 0, 0}, still), kPairTolerance));
   }
 }
 
@@ -84,7 +85,8 @@ TEST_CASE("swept pair: a rod that turns half round passes a post that straight w
   const std::array<Vec3, 2> post{{{0, 0.4, -0.1}, {0, 0.4, 0.1}}};
   const RigidMotion half_turn =
       motion_between({{}, {}}, {{}, from_rotation_vector({0, 0, 3.1})}, {});
-  const auto hit = edge_edge_meeting(stretch_of(half_turn, 0, 1, 1), rod, post, kPairTolerance);
+  const MotionStretch stretch = stretch_of(half_turn, 0, 1, 1);
+  const auto hit = first_meeting(FeaturePath::of_edges(stretch, rod, post), kPairTolerance);
   REQUIRE(hit);
   CHECK(hit->is_proven);
   const double truth = 1.5707963267948966 / 3.1;
@@ -99,10 +101,6 @@ TEST_CASE("swept pair: a rod that turns half round passes a post that straight w
 
 TEST_CASE("swept pair: rigid motions, never late against dense samples", "[contact][trap]") {
   check_rigid_queries(trials(5000), [](const RigidQuery& query, const MotionStretch& stretch) {
-    const auto& [p, q, r, s] = query.corners;
-    return query.kind == RigidQuery::kVertexFace ? vertex_face_meeting(stretch, p, {q, r, s}, 1e-7)
-           : query.kind == RigidQuery::kFaceVertex
-               ? face_vertex_meeting(stretch, {q, r, s}, p, 1e-7)
-               : edge_edge_meeting(stretch, {p, q}, {r, s}, 1e-7);
+    return first_meeting(query.path(stretch), 1e-7);
   });
 }

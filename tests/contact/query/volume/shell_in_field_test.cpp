@@ -32,9 +32,11 @@ struct ShellPair {
 
   ShellAnswer ask(const Pose& X_OT, ShellCoherence* coherence = nullptr,
                   const ShellQuery& query = {}) {
-    return find_touches(field.view(), shell.view(), X_OT, query, coherence, visited, touches);
+    ShellCoherence nothing_known(shell.view());
+    return find_touches(field.view(), shell.view(), X_OT, query,
+                        coherence == nullptr ? nothing_known : *coherence, visited, touches);
   }
-  /// Whether the other query gave the same answer.
+  /// Returns true if the other query gave the same answer.
   bool told_as(const ShellAnswer& own, const ShellPair& other, const ShellAnswer& others) const {
     const auto is_same = [](const ShellTouch& a, const ShellTouch& b) {
       return a.point == b.point && a.count == b.count && a.distance == b.distance;
@@ -376,7 +378,7 @@ TEST_CASE("shell in field: what there was no room for is told by the next query"
     const Pose X_OT = slide(1e-4 * static_cast<double>(k), 0.0156);
     if (k % 3 > 0) {
       const ShellAnswer a = find_touches(with.field.view(), with.shell.view(), X_OT, query,
-                                         &coherence, with.visited, few);
+                                         coherence, with.visited, few);
       REQUIRE(a.n <= few.size());
       short_ones += a.is_complete ? 0 : 1;
       continue;

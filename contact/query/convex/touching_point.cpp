@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/query/convex/touching_points.h"
+#include "contact/query/convex/touching_point.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,14 +19,13 @@ struct Outline {
   uint32_t size() const {
     if (feature.kind == HullPart::kVertex) return 1;
     if (feature.kind == HullPart::kEdge) return 2;
-    return (side == 0 ? pair.a : pair.b).faces[feature.index].n_edges;
+    return pair.hull(side).faces[feature.index].n_edges;
   }
   Vec3 operator[](uint32_t k) const {
-    const Hull& hull = side == 0 ? pair.a : pair.b;
+    const Hull& hull = pair.hull(side);
     uint32_t vertex = feature.index;
     if (feature.kind == HullPart::kEdge) {
-      const HullEdge& edge = hull.edges[feature.index];
-      vertex = k == 0 ? edge.from : hull.edges[edge.twin].from;
+      vertex = k == 0 ? hull.edges[feature.index].from : end_vertex(hull, feature.index);
     } else if (feature.kind == HullPart::kFace) {
       vertex = hull.edges[hull.faces[feature.index].first_edge + k].from;
     }
@@ -78,7 +77,7 @@ void add_clipped(const Outline& inner, const Outline& polygon, const Vec3& n, do
 
 }  // namespace
 
-TouchingPoints touching_points(const HullPair& pair, const OverlayVertex& at) {
+Vec3 touching_point(const HullPair& pair, const OverlayVertex& at) {
   const Vec3& n = at.normal[0];
   const Vec3 lift = at.depth * n;
   const Outline a{pair, 0, at.feature[0], lift}, b{pair, 1, at.feature[1], lift};
@@ -96,7 +95,7 @@ TouchingPoints touching_points(const HullPair& pair, const OverlayVertex& at) {
     if (b.size() > 2) add_clipped(a, b, n, -1, point, count);
     point = count > 0 ? point / count : b[0];
   }
-  return {point, point - lift};
+  return point;
 }
 
 }  // namespace haptic
