@@ -204,7 +204,7 @@ void add_coverage_rows(const SessionData& data, const Recording& hand, double ra
   const double total = static_cast<double>(end - data.frames.begin()) +
                        static_cast<double>(last.skipped - first.skipped) - beyond;
   rows.add("samples of the recorded hand", static_cast<double>(hand.samples), "");
-  rows.add("frames plus counted skips", total, "", grid_points, total == grid_points);
+  rows.add("frames plus counted skips", total, "", given(grid_points, total == grid_points));
 }
 
 /// A time, or a tick of the recording, from its first sample [s]; none if there is none.

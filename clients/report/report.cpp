@@ -108,20 +108,16 @@ bool all_hold(const std::vector<Row>& rows) {
   return std::all_of(rows.begin(), rows.end(), [](const Row& r) { return r.holds.value_or(true); });
 }
 
-void Rows::add(const std::string& metric, Figure figure, const std::string& unit) {
-  rows_.push_back({case_name_, metric, figure.value, unit, "", {}, {}, {}, ""});
-}
-
 void Rows::add(const std::string& metric, Figure figure, const std::string& unit,
-               std::optional<double> goal, bool holds) {
-  add(metric, figure, unit);
-  if (goal && are_judged_) rows_.back().goal = goal, rows_.back().holds = holds;
+               const Goal& goal) {
+  rows_.push_back({case_name_, metric, figure.value, unit, "", {}, {}, {}, ""});
+  if (!goal.value || !are_judged_) return;
+  rows_.back().goal = goal.value;
+  rows_.back().holds = goal.holds(figure.value, *goal.value);
 }
 
 void Rows::add(std::initializer_list<Line> lines) {
-  for (const auto& [metric, figure, unit, goal] : lines) {
-    add(metric, figure, unit, goal.value, goal.value && goal.holds(figure.value, *goal.value));
-  }
+  for (const auto& [metric, figure, unit, goal] : lines) add(metric, figure, unit, goal);
 }
 
 void Rows::add_beside(const std::string& metric, double value, const std::string& unit,
@@ -160,12 +156,6 @@ std::string machine_line() {
   return std::string("hapticd ") + version() + " on " + cpu + ", " +
          std::to_string(std::thread::hardware_concurrency()) + " cores, kernel " + system.release +
          ", load " + formatted("%.2f", load);
-}
-
-Rows machine_rows(const std::string& case_name) {
-  Rows rows(case_name);
-  rows.note("machine", machine_line());
-  return rows;
 }
 
 }  // namespace haptic

@@ -67,11 +67,6 @@ struct Line {
   Goal goal = {};
 };
 
-/// A goal that applies only if `fair`.
-inline std::optional<double> goal_if(bool fair, double goal) {
-  return fair ? std::optional(goal) : std::nullopt;
-}
-
 /// Collects the rows of one case.
 class Rows {
  public:
@@ -79,23 +74,9 @@ class Rows {
   explicit Rows(const std::string& case_name, bool are_judged = true)
       : case_name_(one_line(case_name)), are_judged_(are_judged) {}
 
-  void add(const std::string& metric, Figure figure, const std::string& unit = "");
+  void add(const std::string& metric, Figure figure, const std::string& unit = "",
+           const Goal& goal = {});
   void add(std::initializer_list<Line> lines);
-  /// Without a goal the figure stands alone.
-  void add(const std::string& metric, Figure figure, const std::string& unit,
-           std::optional<double> goal, bool holds);
-  void at_most(const std::string& metric, Figure figure, const std::string& unit,
-               std::optional<double> goal) {
-    add(metric, figure, unit, goal, figure.value <= goal);
-  }
-  void at_least(const std::string& metric, Figure figure, const std::string& unit,
-                std::optional<double> goal) {
-    add(metric, figure, unit, goal, figure.value >= goal);
-  }
-  /// The goal is zero.
-  void none(const std::string& metric, Figure figure, const std::string& unit = "") {
-    add(metric, figure, unit, 0, figure.value == 0);
-  }
   /// A figure compared with that of a peer in the same run; without a peer, `peer_value` is empty.
   void add_beside(const std::string& metric, double value, const std::string& unit,
                   const std::string& peer, std::optional<double> peer_value);
@@ -113,8 +94,6 @@ class Rows {
 
 /// Version, processor, kernel and load: needed to interpret any figure.
 std::string machine_line();
-/// Rows that begin with it.
-Rows machine_rows(const std::string& case_name);
 
 /// A table for people: metric, value with a readable unit prefix, goal or peer. With several cases
 /// the name of each stands above its rows.

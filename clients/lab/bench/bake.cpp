@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "clients/lab/bench/workloads/workload.h"
+#include "clients/lab/support/lab_rows.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/cache.h"
 #include "contact/bake/grid.h"

@@ -7,6 +7,7 @@
 #include "clients/lab/eval/renderer.h"
 #include "clients/lab/eval/scenes/workload.h"
 #include "clients/lab/selftest/rt_guard.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "clients/library/histogram.h"
@@ -64,7 +65,7 @@ void keep(const ContactSet& set) {
 
 void add_time(Rows& rows, const Histogram& times, double radius, bool judged) {
   const auto add = [&](const char* metric, int64_t ns, std::optional<double> goal) {
-    rows.at_most(metric, 1e-9 * static_cast<double>(ns), "s", goal);
+    rows.add(metric, 1e-9 * static_cast<double>(ns), "s", at_most(goal));
   };
   const double sphere_p99 = radius > kSmallSphere ? kGoalLargeP99 : kGoalSmallP99;
   const bool point = radius == 0, point_judged = judged && point;

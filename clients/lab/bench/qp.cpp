@@ -9,6 +9,7 @@
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/selftest/rt_guard.h"
 #include "clients/lab/support/dice.h"
+#include "clients/lab/support/lab_rows.h"
 #include "proto/config/command_line.h"
 #include "proto/math/coulomb.h"
 #include "proto/math/lcp.h"
@@ -210,7 +211,7 @@ void bench_cgal(Rows& rows, const Work& work, Solvers& solvers, const Options& o
     const Twist d = solvers.motion.a - exact;
     different = std::max(different, std::sqrt(dot(work.M * d, d) / dot(work.M * q.a_u, q.a_u)));
   }
-  rows.at_most("farthest from CGAL's answer, of the motion", different, "", 1e-9);
+  rows.add("farthest from CGAL's answer, of the motion", different, "", at_most(1e-9));
 }
 
 std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options) {
@@ -243,7 +244,7 @@ std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options)
        {"Coulomb not converged", static_cast<double>(solvers.unsettled_friction) / asked}});
   bench_dantzig(rows, work, n, options);
   bench_cgal(rows, work, solvers, options);
-  rows.none("allocations", allocations(solvers, fewer));
+  rows.add("allocations", allocations(solvers, fewer), "", kMustBeZero);
   return rows.rows();
 }
 

@@ -13,9 +13,10 @@
 #include "clients/lab/bench/voxel_ceiling.h"
 #include "clients/lab/bench/voxel_contact.h"
 #include "clients/lab/eval/scenes/workload.h"
+#include "clients/lab/support/lab_rows.h"
+#include "clients/lab/support/median.h"
 #include "clients/lab/support/scan.h"
 #include "clients/lab/support/thread_cpu.h"
-#include "clients/report/median.h"
 #include "contact/bake/volume.h"
 #include "contact/query/volume/shell_in_field.h"
 #include "contact/shape/mesh/mesh_topology.h"
@@ -201,9 +202,9 @@ std::vector<Row> run_trial(const Trial& trial, int rounds) {
     return rows.rows();
   }
   const double ratio = median_ratio(ways[2], ways[3]), rate = median(ways[2].rates);
-  rows.at_least(prefix + "lanes over ceiling", ratio, "", kGoalOfCeiling);
+  rows.add(prefix + "lanes over ceiling", ratio, "", at_least(kGoalOfCeiling));
   if (trial.is_judged_rate) {
-    rows.at_least(prefix + "points tested", rate, "1/µs", kGoalRate);
+    rows.add(prefix + "points tested", rate, "1/µs", at_least(kGoalRate));
   }
   return rows.rows();
 }
@@ -250,8 +251,8 @@ std::vector<Row> run_triangles(const Options& options) {
   keep(take_turns(ways, n, poses_in(maps.front().view()), options.rounds));
   for (const Way& way : ways) rows.add(way.name, median(way.rates), "1/µs");
   const double ratio = median_ratio(ways[1], ways[0]);
-  rows.add("many over few triangles", ratio, "", 1 - kGoalTriangles,
-           std::fabs(ratio - 1) <= kGoalTriangles);
+  rows.add("many over few triangles", ratio, "",
+           given(1 - kGoalTriangles, std::fabs(ratio - 1) <= kGoalTriangles));
   return rows.rows();
 }
 

@@ -6,6 +6,7 @@
 
 #include "clients/lab/eval/friction.h"
 #include "clients/lab/eval/oracle/sphere_oracle.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "clients/report/plot_svg.h"

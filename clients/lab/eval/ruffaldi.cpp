@@ -6,6 +6,7 @@
 
 #include "clients/lab/eval/renderer.h"
 #include "clients/lab/support/closed_grid.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"

@@ -19,6 +19,7 @@
 #include "clients/hapt/options.h"
 #include "clients/hapt/scratch_folder.h"
 #include "clients/lab/support/columns.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/torture/account.h"
 #include "clients/lab/torture/faults.h"
 #include "clients/report/report.h"
@@ -227,7 +228,7 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
               {"lost by recorders, all rings", s.told, "", kMustBeZero},
               {"missed by this program", result.unseen, "", kMustBeZero}});
   for (const std::string& why : s.unreadable) {
-    totals.add("a recording cannot be read: " + why, 1, "", 0, false);
+    totals.add("a recording cannot be read: " + why, 1, "", given(0, false));
   }
   all.insert(all.end(), totals.rows().begin(), totals.rows().end());
   return all;
