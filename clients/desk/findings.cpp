@@ -112,9 +112,7 @@ Finding governor_of(const MachineFacts& facts) {
     finding.fact = "none here (a virtual machine, or the firmware decides)";
     return finding;
   }
-  for (const std::string& one : facts.governors) {
-    finding.fact += (finding.fact.empty() ? "" : ", ") + shown(one);
-  }
+  finding.fact = joined(facts.governors, shown);
   if (facts.governors.size() == 1 && facts.governors.front() == "performance") return finding;
   finding.grade = Grade::kHint;
   finding.fact += ": cores slow down between ticks, wake-ups are later";

@@ -7,11 +7,11 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 
 #include "proto/os/message.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -60,15 +60,12 @@ bool has_open(const fs::path& process, const std::string& node) {
 bool is_locked(const std::string& root, const std::string& node) {
   struct stat status {};
   if (stat((root + node).c_str(), &status) != 0) return false;
-  char place[64];
-  std::snprintf(place, sizeof place, "%02x:%02x:%llu", major(status.st_dev), minor(status.st_dev),
+  const std::string place =
+      formatted(" %02x:%02x:%llu ", major(status.st_dev), minor(status.st_dev),
                 static_cast<unsigned long long>(status.st_ino));
   std::ifstream locks(root + "/proc/locks");
   for (std::string line; std::getline(locks, line);) {
-    if (line.find("FLOCK") != std::string::npos &&
-        line.find(std::string(" ") + place + " ") != std::string::npos) {
-      return true;
-    }
+    if (line.find("FLOCK") != line.npos && line.find(place) != line.npos) return true;
   }
   return false;
 }
@@ -98,12 +95,9 @@ std::string hid_driver(const std::string& root, const std::string& node) {
 }
 
 std::string names_of(const std::vector<Holder>& holders) {
-  std::string text;
-  for (const Holder& holder : holders) {
-    text += (text.empty() ? "" : ", ") + shown(holder.name) + " (pid " +
-            std::to_string(holder.pid) + ")";
-  }
-  return text;
+  return joined(holders, [](const Holder& holder) {
+    return shown(holder.name) + " (pid " + std::to_string(holder.pid) + ")";
+  });
 }
 
 bool is_ours(const Holder& holder) {

@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "clients/report/formatted.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {

@@ -10,9 +10,9 @@
 #include <limits>
 #include <thread>
 
-#include "clients/report/formatted.h"
 #include "proto/os/json.h"
 #include "proto/os/message.h"
+#include "proto/os/text.h"
 #include "proto/os/version.h"
 
 namespace haptic {
@@ -39,11 +39,6 @@ std::string verdict(const Row& row) {
   std::string text = *row.holds ? "ok" : "MISSED";
   if (row.goal) text += " (goal " + readable(*row.goal, row.unit) + ")";
   return text;
-}
-
-std::string padded(const std::string& text, size_t width) {
-  const size_t used = count_characters(text);
-  return used < width ? text + std::string(width - used, ' ') : text;
 }
 
 }  // namespace

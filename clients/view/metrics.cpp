@@ -2,7 +2,8 @@
 #include "clients/view/metrics.h"
 
 #include <cmath>
-#include <cstdio>
+
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -10,9 +11,7 @@ namespace {
 std::string number(double value) {
   if (std::isnan(value)) return "NaN";
   if (std::isinf(value)) return value > 0 ? "+Inf" : "-Inf";
-  char text[40];
-  std::snprintf(text, sizeof text, "%.17g", value);
-  return text;
+  return formatted("%.17g", value);
 }
 
 /// The lines of all metrics; a metric's name holds its unit.

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/view/page_message.h"
-#include "proto/os/json.h"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
+
+#include "proto/os/json.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -156,15 +157,10 @@ PageMessage parse_page_message(std::string_view text) {
 
 std::string lead_line(const LeadMessage& lead) {
   const Vec3& p = lead.position_W;
-  char text[256];
-  std::snprintf(text, sizeof text, "lead %.9g %.9g %.9g", p.x, p.y, p.z);
-  std::string line = text;
-  if (lead.orientation) {
-    const Quat& q = *lead.orientation;
-    std::snprintf(text, sizeof text, " %.9g %.9g %.9g %.9g", q.w, q.x, q.y, q.z);
-    line += text;
-  }
-  return line;
+  const std::string line = formatted("lead %.9g %.9g %.9g", p.x, p.y, p.z);
+  if (!lead.orientation) return line;
+  const Quat& q = *lead.orientation;
+  return line + formatted(" %.9g %.9g %.9g %.9g", q.w, q.x, q.y, q.z);
 }
 
 std::string release_line() {

@@ -88,17 +88,14 @@ class Command {
   Option flag(const std::string& name, bool& value, const std::string& help);
 
   /// A quantity such as "80 mm"; a number without unit is taken in `bare_unit`, if there is one.
-  /// `value` is in SI units. Problems are reported as by parse_quantity().
-  Option quantity(const std::string& name, double& value, Dimension dimension, const Range& range,
+  /// `value` is in SI units. Problems are reported as by parse_quantity(). Value: double; an
+  /// optional one, which stays empty where the option is not typed; a vector, of several words.
+  template <typename Value>
+  Option quantity(const std::string& name, Value& value, Dimension dimension, const Range& range,
                   const std::string& help, const std::string& bare_unit = "");
-  /// A list of quantities.
-  Option quantities(const std::string& name, std::vector<double>& values, Dimension dimension,
-                    const Range& range, const std::string& help, const std::string& bare_unit = "");
-  /// A number without unit, or a list of them.
-  Option number(const std::string& name, double& value, const Range& range,
-                const std::string& help);
-  Option numbers(const std::string& name, std::vector<double>& values, const Range& range,
-                 const std::string& help);
+  /// A number without unit; Value as above.
+  template <typename Value>
+  Option number(const std::string& name, Value& value, const Range& range, const std::string& help);
 
   /// One of several words, each mapped to a value. The help text lists them.
   template <typename Enum>

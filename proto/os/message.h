@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -42,6 +43,17 @@ struct MessageError : std::runtime_error {
 struct InputError : MessageError {
   using MessageError::MessageError;
 };
+
+/// "a, b, c": the texts of some items, which are the items themselves where `text_of` is left out.
+template <typename Items, typename TextOf = std::identity>
+std::string joined(Items&& items, const TextOf& text_of = {}) {
+  std::string out;
+  for (const auto& item : items) {
+    out += out.empty() ? "" : ", ";
+    out += std::invoke(text_of, item);
+  }
+  return out;
+}
 
 /// The known word that a mistyped one most resembles: few letters differ, or it only goes on.
 /// Empty: none does.

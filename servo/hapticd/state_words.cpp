@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "proto/os/message.h"
 #include "proto/wire/behind.h"
 
 namespace haptic {
@@ -72,10 +73,7 @@ std::vector<std::string> words_of_flags(uint32_t servo_flags) {
 }
 
 std::string state_text(uint32_t servo_flags) {
-  std::string text;
-  for (const std::string& word : words_of_flags(servo_flags)) {
-    text += (text.empty() ? "" : ", ") + word;
-  }
+  const std::string text = joined(words_of_flags(servo_flags));
   return text.empty() ? "ok" : text;
 }
 

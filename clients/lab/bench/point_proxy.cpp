@@ -162,8 +162,8 @@ Measured bench_point_proxy(Command& command) {
         return is_eval_work(name) ? "" : "give " + eval_work_names();
       });
   command
-      .quantities("--radius", options->radii, Dimension::kLength, {0, 0.05},
-                  "of the proxy, as often as wanted; a number alone: metres", "m")
+      .quantity("--radius", options->radii, Dimension::kLength, {0, 0.05},
+                "of the proxy, as often as wanted; a number alone: metres", "m")
       .show_default();
   command.option("--repetitions", options->repetitions, "the fastest of each tick counts")
       .range(1, 100)

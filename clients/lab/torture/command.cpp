@@ -18,7 +18,6 @@
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
 #include "clients/hapt/scratch_folder.h"
-#include "clients/lab/support/columns.h"
 #include "clients/lab/support/lab_rows.h"
 #include "clients/lab/torture/account.h"
 #include "clients/lab/torture/faults.h"
@@ -28,6 +27,7 @@
 #include "proto/os/message.h"
 #include "proto/os/priorities.h"
 #include "proto/os/realtime.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
