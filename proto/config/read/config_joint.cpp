@@ -99,10 +99,8 @@ void read_joint(Section& section, SessionConfig& config) {
                                 " is the most a session can hold");
   }
   JointConfig& joint = config.joints[config.n_joints];
-  section.require("kind", "kind = \"hinge\"");
-  section.read_choice("kind", words(kKindWords), joint.kind);
   assign(joint.name, "joint " + std::to_string(config.n_joints + 1));
-  section.read_text("name", joint.name);
+  section.read_all({{"kind", kKindWords, joint.kind, "kind = \"hinge\""}, {"name", joint.name}});
   read_ends(section, config, joint);
   const JointKindRow& row = row_of(joint.kind);
   const Vec3& start_W = config.objects[joint.object].X_WO.p;
