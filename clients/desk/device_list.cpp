@@ -2,6 +2,7 @@
 #include "clients/desk/device_list.h"
 
 #include <algorithm>
+#include <array>
 #include <ostream>
 
 #include "proto/os/json.h"
@@ -30,17 +31,8 @@ const char* state_of(const DeviceRow& row) {
 }
 
 const char* word_of(NodeKind kind) {
-  switch (kind) {
-    case NodeKind::kSerial:
-      return "serial";
-    case NodeKind::kHid:
-      return "HID";
-    case NodeKind::kUsb:
-      return "USB";
-    case NodeKind::kNone:
-      break;
-  }
-  return "none";
+  constexpr std::array kWords{"none", "serial", "HID", "USB"};  // by NodeKind
+  return kWords[static_cast<size_t>(kind)];
 }
 
 /// Whether one of the plugged devices is, or may be, that row's.

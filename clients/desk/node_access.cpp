@@ -18,13 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string first_line_of(const fs::path& path) {
-  std::ifstream in(path);
-  std::string line;
-  std::getline(in, line);
-  return line;
-}
-
 /// The processes below a folder like /proc.
 std::vector<fs::path> processes(const std::string& root) {
   std::vector<fs::path> found;
@@ -117,6 +110,13 @@ Obstacle busy(const PluggedNode& node, const NodeAccess& access) {
 }
 
 }  // namespace
+
+std::string first_line_of(const std::string& path) {
+  std::ifstream in(path);
+  std::string line;
+  std::getline(in, line);
+  return line;
+}
 
 std::vector<Holder> processes_named(const std::string& root, const std::string& name) {
   std::vector<Holder> found;

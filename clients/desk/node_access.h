@@ -28,6 +28,9 @@ struct NodeAccess {
 /// serial one would reset some boards. A file that is not there leaves its default.
 NodeAccess read_access(const std::string& root, const PluggedNode& node);
 
+/// The first line of a file; empty where there is none.
+std::string first_line_of(const std::string& path);
+
 /// All processes below root/proc with that name.
 std::vector<Holder> processes_named(const std::string& root, const std::string& name);
 
