@@ -35,7 +35,7 @@ const char* word_of(NodeKind kind) {
   return kWords[static_cast<size_t>(kind)];
 }
 
-/// Whether one of the plugged devices is, or may be, that row's.
+/// True if one of the plugged devices is, or may be, that row's.
 bool is_among(const DeviceRow& row, const std::vector<ListedDevice>& plugged) {
   return std::ranges::any_of(plugged, [&](const ListedDevice& device) {
     return !device.other_product &&

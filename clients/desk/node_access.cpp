@@ -49,7 +49,7 @@ bool has_open(const fs::path& process, const std::string& node) {
   return false;
 }
 
-/// Whether a lock on that file is held: /proc/locks names each by "major:minor:inode".
+/// True if a lock on that file is held: /proc/locks names each by "major:minor:inode".
 bool is_locked(const std::string& root, const std::string& node) {
   struct stat status {};
   if (stat((root + node).c_str(), &status) != 0) return false;

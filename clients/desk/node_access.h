@@ -14,7 +14,7 @@ struct Holder {
   std::string name;  // as the kernel keeps it
 };
 
-/// What decides whether this process can open a node.
+/// The facts that decide whether this process can open a node.
 struct NodeAccess {
   bool exists = false;
   bool allowed = false;           // to read and write

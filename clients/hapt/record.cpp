@@ -32,8 +32,6 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kDrainPeriodNs = 10'000'000;  // a hundredth of what the smallest ring holds
-// under every process of a session, above whoever watches: a ring holds four seconds, which is less
-// than sixty busy viewers may take from a recorder of normal priority
 
 struct RecordOptions {
   std::string output, config;

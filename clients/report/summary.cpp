@@ -66,7 +66,7 @@ auto some_of(const Items& items, size_t most) {
   return some;
 }
 
-/// Whether the tool would be inside an object anywhere on its way from one pose to another, both
+/// True if the tool would be inside an object anywhere on its way from one pose to another, both
 /// relative to that object.
 bool is_through(const RigidPoseJudge& judge, const Pose& from_OT, const Pose& to_OT) {
   const Twist way = way_between(from_OT, to_OT);
@@ -76,7 +76,7 @@ bool is_through(const RigidPoseJudge& judge, const Pose& from_OT, const Pose& to
   return false;
 }
 
-/// Whether the servo rendered no force at this time, whatever the contacts.
+/// True if the servo rendered no force at this time, whatever the contacts.
 bool is_closed(const std::vector<ServoFrame>& frames, int64_t t_ns) {
   const auto it = std::ranges::lower_bound(frames, t_ns, {}, &ServoFrame::t_ns);
   return it != frames.end() && it->t_ns == t_ns && (it->flags & kServoClosed) != 0;

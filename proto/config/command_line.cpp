@@ -34,7 +34,7 @@ std::string full_name(const CLI::App& app) {
   return (parent == nullptr ? "" : full_name(*parent) + " ") + app.get_name();
 }
 
-/// What may follow an option: its default, and what it goes with.
+/// The text behind an option's help: its default, and what it goes with.
 std::string conditions(const CLI::Option& option) {
   const auto names = [](const std::set<CLI::Option*>& others) {
     return joined(others, [](const CLI::Option* other) { return other->get_name(); });
@@ -179,7 +179,7 @@ Option::Check integer_check() {
   };
 }
 
-/// What one word of an option becomes.
+/// The type that one word of an option becomes.
 template <typename T>
 struct ItemOf {
   using type = T;

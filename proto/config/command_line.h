@@ -47,7 +47,7 @@ class Option {
   Option& required();
   /// Number of words after the option.
   Option& expected(int words);
-  /// Of a whole number.
+  /// Refuses a whole number outside of these bounds.
   Option& range(int64_t low, int64_t high);
   /// The help text explains the words.
   Option& one_of(const std::vector<std::string>& words);
@@ -107,7 +107,7 @@ class Command {
         name, [&value, words](const std::string& word) { value = words.at(word); }, names, help);
   }
 
-  /// Whether that option was typed; valid in an action.
+  /// True if that option was typed; valid in an action.
   bool was_given(const std::string& option) const;
 
  protected:

@@ -41,7 +41,7 @@ bool is_trusted_folder(const std::string& folder) {
          (status.st_uid == geteuid() || status.st_uid == 0);
 }
 
-/// Whether a server listens there, even with a full queue.
+/// True if a server listens there, even with a full queue.
 bool is_answered(const std::string& path) {
   const FileDescriptor fd = unix_socket();
   return connect_to(fd, path) || errno == EAGAIN;

@@ -68,7 +68,7 @@ struct McapAttachment {
   std::string name, media_type;
 };
 
-/// Whether a file starts as an MCAP file; false if it cannot be read.
+/// True if a file starts as an MCAP file; false if it cannot be read.
 bool is_mcap_file(const std::string& path);
 
 /// Reads a file by its index, or by scanning if it has no end (a killed writer), up to the last
@@ -102,8 +102,8 @@ class McapReader {
   /// that are returned. Throws McapError on a chunk with a wrong CRC or contents.
   std::vector<char> for_each_in(const McapChunkIndex& chunk, const Use& use) const;
 
-  /// Of a file without an end: looks for chunks that have been written since, and whether the end
-  /// has. True if there is anything new.
+  /// Looks for chunks, and the end, that have been written since to a file that had no end. True if
+  /// there is anything new.
   bool refresh();
 
   /// Bytes behind the last whole record of a file without an end.

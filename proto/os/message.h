@@ -33,7 +33,7 @@ std::string shown(std::string_view foreign);
 /// A whole message made safe for one line; applied last, at each program's output.
 std::string one_line(std::string_view message);
 
-/// What is wrong, where, and how to mend it; always one line.
+/// An error for people: what is wrong, where, and how to mend it; always one line.
 struct MessageError : std::runtime_error {
   explicit MessageError(std::string_view message) : std::runtime_error(one_line(message)) {}
 };

@@ -20,7 +20,7 @@ int64_t cpu_ns_of(const auto& work) {
   return thread_cpu_ns() - begin;
 }
 
-/// The same [s].
+/// CPU time that this thread spends on some work [s].
 double cpu_seconds_of(const auto& work) {
   return 1e-9 * static_cast<double>(cpu_ns_of(work));
 }

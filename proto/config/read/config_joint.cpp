@@ -80,7 +80,7 @@ void read_points(Section& section, const Vec3& start_W, JointConfig& joint) {
   }
 }
 
-/// What acts along the coordinate.
+/// Reads the end stops, spring, damper, friction and detents that act along the coordinate.
 void read_laws(Section& section, const JointDimensions& dimensions, JointConfig& joint) {
   section.read_all({{"lower", dimensions.coordinate, kNotPositive, joint.lower},
                     {"upper", dimensions.coordinate, kNotNegative, joint.upper},
