@@ -8,6 +8,7 @@
 #include "device-io/device.h"
 #include "proto/config/devices.h"
 #include "proto/math/assert.h"
+#include "proto/os/message.h"
 
 namespace haptic {
 
@@ -29,11 +30,8 @@ std::unique_ptr<Device> open_device(const DeviceConfig& config, FileDescriptor n
   };
   const auto number = static_cast<size_t>(config.kind);
   if (number < kOpen.size()) return kOpen[number](config, std::move(node));
-  std::string known;
-  for (const DeviceRow& row : kDevices)
-    known += (known.empty() ? "" : ", ") + std::string(row.name);
   throw std::runtime_error("[device] kind has the unknown number " + std::to_string(number) +
-                           "; known: " + known);
+                           "; known: " + joined(kDevices, &DeviceRow::name));
 }
 
 }  // namespace haptic

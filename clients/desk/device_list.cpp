@@ -2,11 +2,12 @@
 #include "clients/desk/device_list.h"
 
 #include <algorithm>
-#include <cstdio>
+#include <array>
 #include <ostream>
 
 #include "proto/os/json.h"
 #include "proto/os/message.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -30,20 +31,11 @@ const char* state_of(const DeviceRow& row) {
 }
 
 const char* word_of(NodeKind kind) {
-  switch (kind) {
-    case NodeKind::kSerial:
-      return "serial";
-    case NodeKind::kHid:
-      return "HID";
-    case NodeKind::kUsb:
-      return "USB";
-    case NodeKind::kNone:
-      break;
-  }
-  return "none";
+  constexpr std::array kWords{"none", "serial", "HID", "USB"};  // by NodeKind
+  return kWords[static_cast<size_t>(kind)];
 }
 
-/// Whether one of the plugged devices is, or may be, that row's.
+/// True if one of the plugged devices is, or may be, that row's.
 bool is_among(const DeviceRow& row, const std::vector<ListedDevice>& plugged) {
   return std::ranges::any_of(plugged, [&](const ListedDevice& device) {
     return !device.other_product &&
@@ -51,20 +43,9 @@ bool is_among(const DeviceRow& row, const std::vector<ListedDevice>& plugged) {
   });
 }
 
-std::string padded(std::string text, size_t width) {
-  const size_t length = count_characters(text);
-  return length < width ? text.append(width - length, ' ') : text + " ";
-}
-
 /// A text in the quotes of TOML, which are those of JSON; texts of a device may hold anything.
 std::string toml(const std::string& text) {
   return json_line(text);
-}
-
-std::string listed_names(const std::vector<DeviceRow>& rows) {
-  std::string text;
-  for (const DeviceRow& row : rows) text += (text.empty() ? "" : ", ") + std::string(row.name);
-  return text;
 }
 
 std::string identity(const PluggedNode& node) {
@@ -90,7 +71,7 @@ void print_one(const ListedDevice& device, std::ostream& out) {
   if (known) {
     out << kIndent << state_of(device.rows.front()) << '\n';
   } else {
-    out << kIndent << "may be any of: " << listed_names(device.rows)
+    out << kIndent << "may be any of: " << joined(device.rows, &DeviceRow::name)
         << " (the config says which)\n";
   }
   const Obstacle obstacle = obstacle_of(device.node, device.access);
@@ -139,9 +120,7 @@ Json json_of(const DeviceRow& row) {
 }  // namespace
 
 std::string usb_ids_of(const PluggedNode& node) {
-  char text[16];
-  std::snprintf(text, sizeof text, "%04x:%04x", unsigned{node.vendor}, unsigned{node.product});
-  return text;
+  return formatted("%04x:%04x", unsigned{node.vendor}, unsigned{node.product});
 }
 
 std::vector<ListedDevice> supported(std::span<const DeviceRow> rows,

@@ -18,7 +18,7 @@ struct ListedDevice {
   bool other_product = false;     // the ids are a row's, the name of the product is not
 };
 
-/// Those of the nodes that are, or may be, a row's. A row on a serial node that names no ids may be
+/// Lists the nodes that are, or may be, a row's. A row on a serial node that names no ids may be
 /// behind any serial port.
 std::vector<ListedDevice> supported(std::span<const DeviceRow> rows,
                                     const std::vector<PluggedNode>& nodes);
@@ -26,7 +26,7 @@ std::vector<ListedDevice> supported(std::span<const DeviceRow> rows,
 /// "vvvv:pppp".
 std::string usb_ids_of(const PluggedNode& node);
 
-/// Whether it is one row's for certain: by its ids.
+/// True if it is one row's for certain: by its ids.
 bool is_certain(const ListedDevice& device);
 
 /// The lines of a session file that choose this device, also among several; none for another

@@ -8,14 +8,16 @@
 
 #include "proto/os/json.h"
 #include "proto/os/message.h"
+#include "proto/os/priorities.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
 
 // capability numbers, linux/capability.h
 constexpr int kIpcLock = 14, kSysNice = 23;
-constexpr int64_t kGuardPriority = 90;  // of hapticd's guard; servo 80, contact 60
 
+constexpr const char* kUnknown = "unknown: /proc does not say";
 constexpr const char* kMendLimits =
     "as root: printf 'NAME - rtprio 95\nNAME - memlock unlimited\n' > "
     "/etc/security/limits.d/90-hapticd.conf, NAME being the user's; log in again";
@@ -25,134 +27,117 @@ bool may(const MachineFacts& facts, int capability) {
 }
 
 Finding priority_of(const MachineFacts& facts) {
-  Finding finding{.subject = "real-time priority"};
-  if (may(facts, kSysNice)) {
-    finding.fact = "granted (CAP_SYS_NICE)";
-  } else if (!facts.realtime_priority) {
-    finding = {Grade::kHint, finding.subject, "unknown: /proc does not say", ""};
-  } else if (*facts.realtime_priority >= kGuardPriority) {
-    finding.fact = "granted up to " + std::to_string(*facts.realtime_priority);
-  } else {
-    finding.grade = Grade::kWrong;
-    finding.fact = "at most " + std::to_string(*facts.realtime_priority) + ", hapticd wants " +
-                   std::to_string(kGuardPriority) + ": other programs make the force late";
-    finding.mend = kMendLimits;
+  constexpr const char* kSubject = "real-time priority";
+  if (may(facts, kSysNice)) return {Grade::kGood, kSubject, "granted (CAP_SYS_NICE)"};
+  if (!facts.realtime_priority) return {Grade::kHint, kSubject, kUnknown};
+  const std::string most = std::to_string(*facts.realtime_priority);
+  if (*facts.realtime_priority >= kGuardPriority) {
+    return {Grade::kGood, kSubject, "granted up to " + most};
   }
-  return finding;
+  return {Grade::kWrong, kSubject,
+          "at most " + most + ", hapticd wants " + std::to_string(kGuardPriority) +
+              ": other programs make the force late",
+          kMendLimits};
 }
 
 Finding memory_of(const MachineFacts& facts) {
-  Finding finding{.subject = "locked memory"};
-  if (may(facts, kIpcLock)) {
-    finding.fact = "granted (CAP_IPC_LOCK)";
-  } else if (!facts.locked_memory) {
-    finding = {Grade::kHint, finding.subject, "unknown: /proc does not say", ""};
-  } else if (*facts.locked_memory == std::numeric_limits<uint64_t>::max()) {
-    finding.fact = "granted, unlimited";
-  } else {
-    finding.grade = Grade::kWrong;
-    finding.fact = "at most " + std::to_string(*facts.locked_memory / 1024) +
-                   " KiB: memory may be swapped out under the force loop";
-    finding.mend = kMendLimits;
+  constexpr const char* kSubject = "locked memory";
+  if (may(facts, kIpcLock)) return {Grade::kGood, kSubject, "granted (CAP_IPC_LOCK)"};
+  if (!facts.locked_memory) return {Grade::kHint, kSubject, kUnknown};
+  if (*facts.locked_memory == std::numeric_limits<uint64_t>::max()) {
+    return {Grade::kGood, kSubject, "granted, unlimited"};
   }
-  return finding;
+  return {Grade::kWrong, kSubject,
+          "at most " + std::to_string(*facts.locked_memory / 1024) +
+              " KiB: memory may be swapped out under the force loop",
+          kMendLimits};
 }
 
 Finding kernel_of(const MachineFacts& facts) {
-  Finding finding{.subject = "kernel", .fact = shown(facts.kernel_release)};
   const bool realtime = facts.kernel_version.find("PREEMPT_RT") != std::string::npos;
-  finding.fact += realtime ? ", PREEMPT_RT" : ", not PREEMPT_RT: single ticks may be late";
-  if (facts.virtual_machine) finding.fact += "; a virtual machine, which its host may stop";
-  if (!realtime) {
-    finding.grade = Grade::kHint;
-    finding.mend = "apt install linux-image-rt-amd64 (or -arm64) and start it";
-  } else if (facts.virtual_machine) {
-    finding.grade = Grade::kHint;
-    finding.mend = "use a device on the machine itself";
-  }
-  return finding;
+  const std::string fact =
+      shown(facts.kernel_release) +
+      (realtime ? ", PREEMPT_RT" : ", not PREEMPT_RT: single ticks may be late") +
+      (facts.virtual_machine ? "; a virtual machine, which its host may stop" : "");
+  if (realtime && !facts.virtual_machine) return {Grade::kGood, "kernel", fact};
+  return {Grade::kHint, "kernel", fact,
+          realtime ? "use a device on the machine itself"
+                   : "apt install linux-image-rt-amd64 (or -arm64) and start it"};
 }
 
 Finding throttling_of(const MachineFacts& facts) {
+  constexpr const char* kSubject = "real-time throttling";
   constexpr double kEnough = 0.9;  // share of a core; a servo that spins before its tick needs less
-  Finding finding{.subject = "real-time throttling"};
   if (!facts.realtime_share_us || !facts.realtime_period_us || *facts.realtime_period_us <= 0) {
-    return {Grade::kGood, finding.subject, "this kernel has none", ""};
+    return {Grade::kGood, kSubject, "this kernel has none"};
   }
-  if (*facts.realtime_share_us < 0) return {Grade::kGood, finding.subject, "off", ""};
-  const double share = static_cast<double>(*facts.realtime_share_us) /
-                       static_cast<double>(*facts.realtime_period_us);
-  finding.fact = std::to_string(*facts.realtime_share_us) + " of every " +
-                 std::to_string(*facts.realtime_period_us) + " µs are real time's";
-  if (share >= kEnough) return finding;
-  finding.grade = Grade::kWrong;
-  finding.fact += ": the force stops for the rest";
-  finding.mend = "as root: sysctl kernel.sched_rt_runtime_us=" +
-                 std::to_string(*facts.realtime_period_us / 20 * 19);
-  return finding;
+  const int64_t share_us = *facts.realtime_share_us, period_us = *facts.realtime_period_us;
+  if (share_us < 0) return {Grade::kGood, kSubject, "off"};
+  const std::string fact =
+      std::to_string(share_us) + " of every " + std::to_string(period_us) + " µs are real time's";
+  if (static_cast<double>(share_us) / static_cast<double>(period_us) >= kEnough) {
+    return {Grade::kGood, kSubject, fact};
+  }
+  return {Grade::kWrong, kSubject, fact + ": the force stops for the rest",
+          "as root: sysctl kernel.sched_rt_runtime_us=" + std::to_string(period_us / 20 * 19)};
 }
 
 Finding clock_of(const MachineFacts& facts) {
   // read without a system call, in tens of nanoseconds
   constexpr std::array kFast{"tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page"};
-  Finding finding{.subject = "clock", .fact = shown(facts.clocksource)};
-  if (facts.clocksource.empty()) return {Grade::kHint, finding.subject, "unknown", ""};
-  if (std::ranges::find(kFast, facts.clocksource) != kFast.end()) return finding;
-  finding.grade = Grade::kWrong;
-  finding.fact += ": slow to read, each tick reads it several times";
-  finding.mend =
+  const std::string fact = shown(facts.clocksource);
+  if (facts.clocksource.empty()) return {Grade::kHint, "clock", "unknown"};
+  if (std::ranges::find(kFast, facts.clocksource) != kFast.end()) {
+    return {Grade::kGood, "clock", fact};
+  }
+  return {
+      Grade::kWrong, "clock", fact + ": slow to read, each tick reads it several times",
       "as root: echo tsc > /sys/devices/system/clocksource/clocksource0/current_clocksource; if "
-      "the kernel refuses, dmesg says why it distrusts the tsc";
-  return finding;
+      "the kernel refuses, dmesg says why it distrusts the tsc"};
 }
 
 Finding governor_of(const MachineFacts& facts) {
-  Finding finding{.subject = "CPU governor"};
+  constexpr const char* kSubject = "CPU governor";
   if (facts.governors.empty()) {
-    finding.fact = "none here (a virtual machine, or the firmware decides)";
-    return finding;
+    return {Grade::kGood, kSubject, "none here (a virtual machine, or the firmware decides)"};
   }
-  for (const std::string& one : facts.governors) {
-    finding.fact += (finding.fact.empty() ? "" : ", ") + shown(one);
+  const std::string fact = joined(facts.governors, shown);
+  if (facts.governors == std::vector<std::string>{"performance"}) {
+    return {Grade::kGood, kSubject, fact};
   }
-  if (facts.governors.size() == 1 && facts.governors.front() == "performance") return finding;
-  finding.grade = Grade::kHint;
-  finding.fact += ": cores slow down between ticks, wake-ups are later";
-  finding.mend = "as root: cpupower frequency-set -g performance (apt install linux-cpupower)";
-  return finding;
+  return {Grade::kHint, kSubject, fact + ": cores slow down between ticks, wake-ups are later",
+          "as root: cpupower frequency-set -g performance (apt install linux-cpupower)"};
 }
 
 Finding cores_of(const MachineFacts& facts) {
-  Finding finding{.subject = "isolated cores"};
+  constexpr const char* kSubject = "isolated cores";
+  const auto list = [](const std::string& cores) { return cores.empty() ? "none" : shown(cores); };
   if (facts.isolated.empty() && facts.nohz_full.empty()) {
-    finding.grade = Grade::kHint;
-    finding.fact = "none: the servo shares its core with everything";
-    finding.mend =
-        "where ticks are late, start the kernel with isolcpus=3 nohz_full=3 (a core of "
-        "yours) and run `taskset -c 3 hapticd …`";
-    return finding;
+    return {Grade::kHint, kSubject, "none: the servo shares its core with everything",
+            "where ticks are late, start the kernel with isolcpus=3 nohz_full=3 (a core of "
+            "yours) and run `taskset -c 3 hapticd …`"};
   }
-  finding.fact = "isolcpus " + (facts.isolated.empty() ? "none" : shown(facts.isolated)) +
-                 ", nohz_full " + (facts.nohz_full.empty() ? "none" : shown(facts.nohz_full));
-  return finding;
+  return {Grade::kGood, kSubject,
+          "isolcpus " + list(facts.isolated) + ", nohz_full " + list(facts.nohz_full)};
 }
 
 Finding runtime_of(const RuntimeFolder& folder) {
-  Finding finding{Grade::kWrong, "runtime folder", shown(folder.path), ""};
+  const auto finding = [&](Grade grade, const char* fact, const char* mend) {
+    return Finding{grade, "runtime folder", shown(folder.path) + fact, mend};
+  };
   if (!folder.is_folder) {
-    finding.fact += " is no folder";
-    finding.mend = "remove it, or set HAPTICD_RUNTIME_DIR";
-  } else if (!folder.is_ours) {
-    finding.fact += " belongs to another user";
-    finding.mend = "set HAPTICD_RUNTIME_DIR to a folder of your own";
-  } else if (!folder.writable) {
-    finding.fact += folder.exists ? " may not be written" : " cannot be made";
-    finding.mend = "set HAPTICD_RUNTIME_DIR to a folder that you may write";
-  } else {
-    finding.grade = Grade::kGood;
-    finding.fact += folder.exists ? " is yours" : " will be made by the first session";
+    return finding(Grade::kWrong, " is no folder", "remove it, or set HAPTICD_RUNTIME_DIR");
   }
-  return finding;
+  if (!folder.is_ours) {
+    return finding(Grade::kWrong, " belongs to another user",
+                   "set HAPTICD_RUNTIME_DIR to a folder of your own");
+  }
+  if (!folder.writable) {
+    return finding(Grade::kWrong, folder.exists ? " may not be written" : " cannot be made",
+                   "set HAPTICD_RUNTIME_DIR to a folder that you may write");
+  }
+  return finding(Grade::kGood, folder.exists ? " is yours" : " will be made by the first session",
+                 "");
 }
 
 Finding rules_of(const MachineFacts& facts) {
@@ -211,16 +196,10 @@ void add_device(const MachineFacts& facts, const ListedDevice& device,
   }
 }
 
+constexpr std::array kGradeWords{"good", "hint", "wrong"};  // by Grade
+
 const char* finding_word(Grade grade) {
-  switch (grade) {
-    case Grade::kGood:
-      return "good";
-    case Grade::kHint:
-      return "hint";
-    case Grade::kWrong:
-      break;
-  }
-  return "WRONG";
+  return kGradeWords[static_cast<size_t>(grade)];
 }
 
 }  // namespace
@@ -248,8 +227,8 @@ bool is_any_wrong(const std::vector<Finding>& findings) {
 
 void print_findings(const std::vector<Finding>& findings, std::ostream& out) {
   for (const Finding& one : findings) {
-    out << finding_word(one.grade) << std::string(one.grade == Grade::kWrong ? 2 : 3, ' ')
-        << one.subject << ": " << one.fact << '\n';
+    out << padded(one.grade == Grade::kWrong ? "WRONG" : finding_word(one.grade), 7) << one.subject
+        << ": " << one.fact << '\n';
     if (!one.mend.empty()) out << "       mend: " << one.mend << '\n';
   }
   const auto wrong = std::ranges::count(findings, Grade::kWrong, &Finding::grade);
@@ -263,7 +242,7 @@ void print_findings(const std::vector<Finding>& findings, std::ostream& out) {
 void print_findings_json(const std::vector<Finding>& findings, std::ostream& out) {
   Json all = Json::array();
   for (const Finding& one : findings) {
-    all.push_back({{"grade", one.grade == Grade::kWrong ? "wrong" : finding_word(one.grade)},
+    all.push_back({{"grade", finding_word(one.grade)},
                    {"subject", one.subject},
                    {"fact", one.fact},
                    {"mend", one.mend}});

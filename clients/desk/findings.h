@@ -23,8 +23,8 @@ struct Finding {
   std::string mend{};     // empty: nothing to mend
 };
 
-/// What is good and what is not about this machine; in a fixed order, of each subject one, of each
-/// device one for each of its subjects.
+/// Judges this machine, in a fixed order: one finding for each subject, and for each device one for
+/// each of its subjects.
 std::vector<Finding> findings_of(const MachineFacts& facts);
 
 bool is_any_wrong(const std::vector<Finding>& findings);

@@ -17,13 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string first_line(const std::string& path) {
-  std::ifstream in(path);
-  std::string line;
-  std::getline(in, line);
-  return line;
-}
-
 template <typename T>
 std::optional<T> number_in(std::string_view text, int base = 10) {
   T value{};
@@ -53,14 +46,14 @@ void read_rights(const std::string& root, MachineFacts& facts) {
 
 void read_kernel(const std::string& root, MachineFacts& facts) {
   const std::string kernel = root + "/proc/sys/kernel/";
-  facts.kernel_release = first_line(kernel + "osrelease");
-  facts.kernel_version = first_line(kernel + "version");
-  facts.realtime_share_us = number_in<int64_t>(first_line(kernel + "sched_rt_runtime_us"));
-  facts.realtime_period_us = number_in<int64_t>(first_line(kernel + "sched_rt_period_us"));
+  facts.kernel_release = first_line_of(kernel + "osrelease");
+  facts.kernel_version = first_line_of(kernel + "version");
+  facts.realtime_share_us = number_in<int64_t>(first_line_of(kernel + "sched_rt_runtime_us"));
+  facts.realtime_period_us = number_in<int64_t>(first_line_of(kernel + "sched_rt_period_us"));
   const std::string system = root + "/sys/devices/system/";
-  facts.clocksource = first_line(system + "clocksource/clocksource0/current_clocksource");
-  facts.isolated = first_line(system + "cpu/isolated");
-  facts.nohz_full = first_line(system + "cpu/nohz_full");
+  facts.clocksource = first_line_of(system + "clocksource/clocksource0/current_clocksource");
+  facts.isolated = first_line_of(system + "cpu/isolated");
+  facts.nohz_full = first_line_of(system + "cpu/nohz_full");
   if (facts.nohz_full.find("null") != std::string::npos) facts.nohz_full.clear();
   std::istringstream flags(after(root + "/proc/cpuinfo", "flags"));
   for (std::string flag; flags >> flag;) facts.virtual_machine |= flag == "hypervisor";
@@ -68,7 +61,7 @@ void read_kernel(const std::string& root, MachineFacts& facts) {
   std::set<std::string> governors;
   std::error_code error;
   for (const fs::directory_entry& core : fs::directory_iterator(system + "cpu", error)) {
-    const std::string governor = first_line(core.path() / "cpufreq/scaling_governor");
+    const std::string governor = first_line_of(core.path() / "cpufreq/scaling_governor");
     if (!governor.empty()) governors.insert(governor);
   }
   facts.governors.assign(governors.begin(), governors.end());

@@ -19,8 +19,8 @@ struct RuntimeFolder {
   bool writable = true;  // it, or the folder that it is to be made in
 };
 
-/// What of a machine decides whether a session keeps its deadlines and reaches its device. A file
-/// that is not there leaves nothing: who runs in a container sees little.
+/// The facts about a machine that decide whether a session keeps its deadlines and reaches its
+/// device. A file that is not there leaves its default: who runs in a container sees little.
 struct MachineFacts {
   // of this process
   uint64_t capabilities = 0;                 // effective, one bit each

@@ -7,23 +7,16 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 
 #include "proto/os/message.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string first_line_of(const fs::path& path) {
-  std::ifstream in(path);
-  std::string line;
-  std::getline(in, line);
-  return line;
-}
 
 /// The processes below a folder like /proc.
 std::vector<fs::path> processes(const std::string& root) {
@@ -56,19 +49,16 @@ bool has_open(const fs::path& process, const std::string& node) {
   return false;
 }
 
-/// Whether a lock on that file is held: /proc/locks names each by "major:minor:inode".
+/// True if a lock on that file is held: /proc/locks names each by "major:minor:inode".
 bool is_locked(const std::string& root, const std::string& node) {
   struct stat status {};
   if (stat((root + node).c_str(), &status) != 0) return false;
-  char place[64];
-  std::snprintf(place, sizeof place, "%02x:%02x:%llu", major(status.st_dev), minor(status.st_dev),
+  const std::string place =
+      formatted(" %02x:%02x:%llu ", major(status.st_dev), minor(status.st_dev),
                 static_cast<unsigned long long>(status.st_ino));
   std::ifstream locks(root + "/proc/locks");
   for (std::string line; std::getline(locks, line);) {
-    if (line.find("FLOCK") != std::string::npos &&
-        line.find(std::string(" ") + place + " ") != std::string::npos) {
-      return true;
-    }
+    if (line.find("FLOCK") != line.npos && line.find(place) != line.npos) return true;
   }
   return false;
 }
@@ -98,12 +88,9 @@ std::string hid_driver(const std::string& root, const std::string& node) {
 }
 
 std::string names_of(const std::vector<Holder>& holders) {
-  std::string text;
-  for (const Holder& holder : holders) {
-    text += (text.empty() ? "" : ", ") + shown(holder.name) + " (pid " +
-            std::to_string(holder.pid) + ")";
-  }
-  return text;
+  return joined(holders, [](const Holder& holder) {
+    return shown(holder.name) + " (pid " + std::to_string(holder.pid) + ")";
+  });
 }
 
 bool is_ours(const Holder& holder) {
@@ -123,6 +110,13 @@ Obstacle busy(const PluggedNode& node, const NodeAccess& access) {
 }
 
 }  // namespace
+
+std::string first_line_of(const std::string& path) {
+  std::ifstream in(path);
+  std::string line;
+  std::getline(in, line);
+  return line;
+}
 
 std::vector<Holder> processes_named(const std::string& root, const std::string& name) {
   std::vector<Holder> found;

@@ -14,7 +14,7 @@ struct Holder {
   std::string name;  // as the kernel keeps it
 };
 
-/// What decides whether this process can open a node.
+/// The facts that decide whether this process can open a node.
 struct NodeAccess {
   bool exists = false;
   bool allowed = false;           // to read and write
@@ -27,6 +27,9 @@ struct NodeAccess {
 /// Reads that below a root folder ("/"; a test has its own) without opening the node: opening a
 /// serial one would reset some boards. A file that is not there leaves its default.
 NodeAccess read_access(const std::string& root, const PluggedNode& node);
+
+/// The first line of a file; empty where there is none.
+std::string first_line_of(const std::string& path);
 
 /// All processes below root/proc with that name.
 std::vector<Holder> processes_named(const std::string& root, const std::string& name);

@@ -118,8 +118,8 @@ void add_lead(Command& app) {
         .required();
   }
   command
-      .numbers("--orientation QW QX QY QZ", options->orientation, {-1, 1},
-               "of the tool in the scene, where the handle can turn (default: as at rest)")
+      .number("--orientation QW QX QY QZ", options->orientation, {-1, 1},
+              "of the tool in the scene, where the handle can turn (default: as at rest)")
       .expected(4);
   add_duration(command, "--for TIME", options->duration, "how long (default: 2 s)");
   add_session(command, options->session);

@@ -52,7 +52,7 @@ struct PlayOptions {
   std::string config = "bunny.toml", renderer, session, log, plot;
   ReplayChoice replay;
   std::string from, to;  // a time or a tick
-  double speed = 1, stiffness = 0, limit = std::numeric_limits<double>::infinity();
+  double limit = std::numeric_limits<double>::infinity();
   std::string title, next = "hapt demo --list";  // of the last line
   double duration = 20, standard_rate = kStandardRate;
   bool json = false, overwrite = false, report = false, verbose = false, view = false;
@@ -204,7 +204,7 @@ void add_coverage_rows(const SessionData& data, const Recording& hand, double ra
   const double total = static_cast<double>(end - data.frames.begin()) +
                        static_cast<double>(last.skipped - first.skipped) - beyond;
   rows.add("samples of the recorded hand", static_cast<double>(hand.samples), "");
-  rows.add("frames plus counted skips", total, "", grid_points, total == grid_points);
+  rows.add("frames plus counted skips", total, "", given(grid_points, total == grid_points));
 }
 
 /// A time, or a tick of the recording, from its first sample [s]; none if there is none.
@@ -452,7 +452,8 @@ void add_replay_command(Command& app) {
   command.option("TRACE", options->replay.trace, "recorded hand: .mcap or .csv").required();
   add_config(command, options->config)
       .show_default("the one inside the recording, else bunny.toml");
-  command.number("--speed", options->speed, kReplaySpeeds, "of the playback").show_default("1");
+  command.number("--speed", options->replay.speed, kReplaySpeeds, "of the playback")
+      .show_default("1");
   const std::string instant = "a time from the first sample, as 2.5s, or the number of a tick";
   command.option("--from INSTANT", options->from, "where to begin: " + instant);
   command.option("--to INSTANT", options->to, "where to end: " + instant);
@@ -462,14 +463,12 @@ void add_replay_command(Command& app) {
   command.flag("--closed-loop", options->replay.closed_loop,
                "the recorded hand is the intention of the simulated hand, which forces push back");
   command
-      .quantity("--stiffness", options->stiffness, Dimension::kStiffness, kPositive,
+      .quantity("--stiffness", options->replay.stiffness, Dimension::kStiffness, kPositive,
                 "of the coupling, as \"500 N/m\"; a number without unit is in N/m", "N/m")
       .show_default("the session file's");
   add_common(command, *options);
   command.example("hapt replay hand.csv --config plane.toml --speed 0.5");
   command.action([options, command] {
-    if (command.was_given("--speed")) options->replay.speed = options->speed;
-    if (command.was_given("--stiffness")) options->replay.stiffness = options->stiffness;
     command.was_given("--config") ? play(*options) : play_as_recorded(*options);
   });
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt export: a recording as CSV.
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -24,11 +25,10 @@ struct ExportOptions {
 
 /// The topic to export; throws with a list of those in the recording if it is not there.
 TopicInfo choose_topic(const TraceReader& trace, const ExportOptions& options) {
-  std::string there;
-  for (const TopicInfo& topic : trace.topics()) {
-    if (topic.name == options.topic) return topic;
-    there += (there.empty() ? "" : ", ") + std::string(topic.name);
-  }
+  const std::vector<TopicInfo> topics = trace.topics();
+  const auto topic = std::ranges::find(topics, options.topic, &TopicInfo::name);
+  if (topic != topics.end()) return *topic;
+  const std::string there = joined(topics, &TopicInfo::name);
   throw McapError(options.recording + ": has no topic '" + shown(options.topic) + "'; it has " +
                   (there.empty() ? "none of this program" : shown(there)));
 }

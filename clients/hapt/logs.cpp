@@ -165,10 +165,8 @@ void add_clearance_command(Command& app) {
                 "exit code 1 where the tool came nearer, as \"1 mm\"; a number alone: metres", "m")
       .show_default("none");
   add_config(clearance, command->config).show_default("the one inside the recording");
-  clearance.option("--svg FILE.svg", command->svg, "draw the distances over time into this file")
-      .check([](const std::string& name) {
-        return name.ends_with(".svg") ? "" : "the drawing is an SVG; name it with .svg at the end";
-      });
+  add_drawing(clearance, "--svg FILE.svg", command->svg,
+              "draw the distances over time into this file");
   add_overwrite(clearance, command->overwrite);
   add_json(clearance, command->json);
   clearance.example("hapt clearance frame.mcap --svg frame.svg");

@@ -38,7 +38,8 @@ std::string path_of(std::string_view program) {
   throw std::runtime_error(cannot_start(path, errno));
 }
 
-/// Those of other programs where these are: packages leave the laboratory out.
+/// Adds every command of this program, and those of another where that is installed: the packages
+/// leave the laboratory out.
 void add_commands(Command& app) {
 #define COMMAND(name) add_##name##_command(app);
 #define COMMAND_OF(name, program, help) \

@@ -38,11 +38,17 @@ inline Option add_overwrite(Command& command, bool& overwrite) {
   return command.flag("--overwrite", overwrite, "replace output files that exist");
 }
 
+/// An option that names an SVG, as "--plot FILE.svg".
+inline Option add_drawing(Command& command, const std::string& name, std::string& file,
+                          const std::string& help) {
+  return command.option(name, file, help).check([](const std::string& typed) {
+    return typed.ends_with(".svg") ? "" : "the drawing is an SVG; name it with .svg at the end";
+  });
+}
+
 inline Option add_plot(Command& command, std::string& plot,
                        const std::string& help = "draw force, depth and lateness into this file") {
-  return command.option("--plot FILE.svg", plot, help).check([](const std::string& name) {
-    return name.ends_with(".svg") ? "" : "the drawing is an SVG; name it with .svg at the end";
-  });
+  return add_drawing(command, "--plot FILE.svg", plot, help);
 }
 
 }  // namespace haptic

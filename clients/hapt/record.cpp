@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt record: records everything that a running session publishes.
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <limits>
@@ -27,13 +26,12 @@
 #include "proto/os/progress.h"
 #include "proto/os/realtime.h"
 #include "proto/os/session_file.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
 
 constexpr int64_t kDrainPeriodNs = 10'000'000;  // a hundredth of what the smallest ring holds
-// under every process of a session, above whoever watches: a ring holds four seconds, which is less
-// than sixty busy viewers may take from a recorder of normal priority
 
 struct RecordOptions {
   std::string output, config;
@@ -70,10 +68,8 @@ void print_table(const Recorder& recorder, uint64_t bytes, const std::string& pa
   }
   uint64_t lost = 0;
   for (const TopicCount& count : recorder.counts()) lost += count.lost;
-  char size[64];
-  std::snprintf(size, sizeof size, "%.1f s, %llu KiB", seconds,
-                static_cast<unsigned long long>(bytes >> 10));
-  std::cout << "recorded: " << size << " in " << shown(path) << ", "
+  std::cout << "recorded: " << formatted("%.1f s, ", seconds) << (bytes >> 10) << " KiB in "
+            << shown(path) << ", "
             << (lost == 0 ? "nothing lost" : std::to_string(lost) + " records LOST")
             << "; next: hapt info " << shown(path) << '\n';
 }
@@ -190,9 +186,8 @@ class RunningRecording {
     attachments_ = std::move(next);
     eyes_ = std::move(eyes);
     attachments_->start();
-    char missed[32];
-    std::snprintf(missed, sizeof missed, "%.2f", static_cast<double>(now_ns() - gone_ns) * 1e-9);
-    std::cerr << "hapticd is back after " << missed << " s; the recording goes on\n";
+    const double missed = static_cast<double>(now_ns() - gone_ns) * 1e-9;
+    std::cerr << formatted("hapticd is back after %.2f s; the recording goes on\n", missed);
     keep_other_config();
     return true;
   }

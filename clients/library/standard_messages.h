@@ -17,9 +17,8 @@ namespace haptic {
 /// Writes what viewers of robots know into a recording, beside its own topics, at a lower rate:
 ///
 ///   /tool/pose, /proxy/pose   geometry_msgs/msg/PoseStamped, in "world"
-///   /device/wrench            geometry_msgs/msg/WrenchStamped, in "base": what the device exerts
-///   on
-///                             the hand, about the handle
+///   /device/wrench            geometry_msgs/msg/WrenchStamped, in "base": of the device on the
+///                             hand, about the handle
 ///   /tf                       tf2_msgs/msg/TFMessage: tool, proxy, objects and base in "world"
 ///   /scene/markers/tool,      visualization_msgs/msg/Marker, where meshes are given. Each has its
 ///   /scene/markers/object_0 … topic, once: where a viewer goes to in a file it asks for the last

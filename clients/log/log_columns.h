@@ -18,7 +18,8 @@ struct LogColumn {
   std::string servo, contact, sim;  // its topics
 };
 
-/// Of a comparison the topics are /NAME/servo/frame, /NAME/contact/set and /NAME/sim/frame.
+/// The column of a comparison, whose topics are /NAME/servo/frame, /NAME/contact/set and
+/// /NAME/sim/frame.
 LogColumn column_of_comparison(const std::string& name);
 
 /// The columns of a file: those that its metadata record `comparison` lists in its entry `columns`,

@@ -2,9 +2,9 @@
 #include "clients/log/log_eyes.h"
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 
+#include "proto/os/text.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
@@ -13,12 +13,9 @@ namespace {
 constexpr std::string_view kPrefix = "eye/";
 
 std::optional<uint32_t> object_of(std::string_view name) {
-  uint32_t object = 0;
   if (!name.starts_with(kPrefix)) return std::nullopt;
-  name.remove_prefix(kPrefix.size());
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), object);
-  const bool is_number = error == std::errc() && end == name.data() + name.size();
-  return is_number && object < kMaxObjects ? std::optional(object) : std::nullopt;
+  const auto object = number_from<uint32_t>(name.substr(kPrefix.size()));
+  return object && *object < kMaxObjects ? object : std::nullopt;
 }
 
 }  // namespace

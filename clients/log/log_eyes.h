@@ -27,7 +27,8 @@ struct LogEyes {
   std::string problem;                                 // the last one that cannot be read: why
 };
 
-/// Those of a recording; of several of one name the newest. One that is damaged is left out.
+/// Reads the eye files of a recording, of several of one name the newest. A damaged one is left
+/// out.
 LogEyes read_log_eyes(const McapReader& file);
 
 }  // namespace haptic

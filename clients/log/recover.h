@@ -8,7 +8,7 @@
 
 namespace haptic {
 
-/// What became of a recording whose writer was killed, or whose chunks are damaged.
+/// The result of copying a recording whose writer was killed, or whose chunks are damaged.
 struct Recovered {
   bool had_end = false;                      // nothing was missing at the end
   std::map<std::string, uint64_t> messages;  // written, by topic

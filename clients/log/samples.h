@@ -8,7 +8,7 @@
 
 namespace haptic {
 
-/// What the plots show of one servo tick.
+/// The quantities of one servo tick that are plotted.
 struct Sample {
   double time = 0;           // [s], of the session's clock
   Vec3 force_W, torque_W;    // at the device [N], [N·m]

@@ -3,6 +3,8 @@
 
 #include <sys/utsname.h>
 
+#include <algorithm>
+
 #include "proto/os/version.h"
 
 namespace haptic {
@@ -48,10 +50,8 @@ bool TraceWriter::write_message(uint16_t channel, std::span<const std::byte> mes
 }
 
 const TraceWriter::Channel* TraceWriter::find_channel(std::string_view topic) const {
-  for (const Channel& channel : channels_) {
-    if (channel.topic == topic) return &channel;
-  }
-  return nullptr;
+  const auto channel = std::ranges::find(channels_, topic, &Channel::topic);
+  return channel == channels_.end() ? nullptr : &*channel;
 }
 
 bool TraceWriter::write_bytes(std::string_view topic, const void* value, size_t size,

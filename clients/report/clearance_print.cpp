@@ -5,11 +5,11 @@
 #include <limits>
 #include <utility>
 
-#include "clients/report/formatted.h"
 #include "clients/report/plot_svg.h"
 #include "clients/report/report.h"
 #include "proto/os/json.h"
 #include "proto/os/message.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -21,13 +21,6 @@ constexpr double kLeastNearPanel = 1e-3;  // [m]; a hundred margins of a contact
 
 std::string name_of(const SessionConfig& config, uint32_t object) {
   return shown(view(config.objects[object].name));
-}
-
-/// Filled up to so many characters of UTF-8, and one space at least.
-std::string filled_up(const std::string& text, size_t width) {
-  const auto n = static_cast<size_t>(std::ranges::count_if(
-      text, [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
-  return text + std::string(n < width ? width - n : 1, ' ');
 }
 
 std::string distance_text(double distance) {
@@ -64,8 +57,8 @@ void print_spans(std::ostream& out, const SessionConfig& config, const Clearance
       ++next;
     }
     if (least == std::numeric_limits<double>::infinity()) continue;
-    out << filled_up(formatted("  %.2f s to %.2f s", end - length, end), kNameWidth + 2)
-        << filled_up(distance_text(least), 12) << name_of(config, object) << '\n';
+    out << padded(formatted("  %.2f s to %.2f s", end - length, end), kNameWidth + 2)
+        << padded(distance_text(least), 12) << name_of(config, object) << '\n';
   }
 }
 
@@ -81,11 +74,11 @@ void print_clearance(std::ostream& out, const std::string& log, const SessionCon
   } else {
     out << "of its proxy, which may enter objects\n";
   }
-  out << filled_up("  object", kNameWidth + 2) << filled_up("least", 12) << filled_up("at", 12)
+  out << padded("  object", kNameWidth + 2) << padded("least", 12) << padded("at", 12)
       << "there, in W [mm]\n";
   for (const Tightest& one : clearance.tightest) {
-    out << filled_up("  " + name_of(config, one.object), kNameWidth + 2)
-        << filled_up(distance_text(one.distance), 12) << filled_up(formatted("%.3f s", one.t), 12)
+    out << padded("  " + name_of(config, one.object), kNameWidth + 2)
+        << padded(distance_text(one.distance), 12) << padded(formatted("%.3f s", one.t), 12)
         << place(one.object_point_W) << '\n';
   }
   out << "  over the path, the least and to which object\n";

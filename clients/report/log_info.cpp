@@ -9,11 +9,11 @@
 #include <optional>
 
 #include "clients/log/log_columns.h"
-#include "clients/report/formatted.h"
 #include "clients/report/summary.h"
 #include "proto/log/trace.h"
 #include "proto/os/json.h"
 #include "proto/os/message.h"
+#include "proto/os/text.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {
@@ -109,10 +109,9 @@ std::string local_time(int64_t realtime_ns) {
   return text;
 }
 
-std::string joined(const std::set<std::string>& words) {
-  std::string out;
-  for (const std::string& word : words) out += (out.empty() ? "" : ", ") + word;
-  return out.empty() ? "none" : out;
+/// "a, b", or "none".
+std::string list_of(const auto& words) {
+  return words.empty() ? "none" : joined(words);
 }
 
 double contact_share(const LogInfo& info) {
@@ -170,15 +169,13 @@ void print_info(std::ostream& out, const LogInfo& info) {
   if (!info.notice.empty()) line("layout", info.notice);
   line("duration", formatted("%.1f s", info.duration));
   line("size", std::to_string(info.bytes >> 10) + " KiB");
-  if (!info.columns.empty()) {
-    line("columns", joined({info.columns.begin(), info.columns.end()}));
-  }
-  line("renderers", joined(info.renderers));
+  if (!info.columns.empty()) line("columns", joined(info.columns));
+  line("renderers", list_of(info.renderers));
   line("contact", formatted("%.1f %% of the ticks", contact_share(info)));
   line("max force", formatted("%.3g N", info.max_force));
   line("late ticks", std::to_string(info.late_ticks));
   line("faults",
-       joined(info.faults) +
+       list_of(info.faults) +
            (info.fault_ticks == 0 ? "" : ", " + std::to_string(info.fault_ticks) + " ticks"));
   line("lost records", info.knows_losses ? std::to_string(info.lost) : "not counted");
   line("session file", info.has_config ? "inside" : "not inside");

@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "clients/report/formatted.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -259,7 +259,7 @@ Range shared_range(const std::vector<Panel>& panels) {
   return range;
 }
 
-/// The same over the decimal logarithms of x.
+/// The panels with the decimal logarithms of x in place of x.
 std::vector<Panel> with_logarithms(std::vector<Panel> panels) {
   const auto logarithm = [](double x) {
     return x > 0 ? std::log10(x) : std::numeric_limits<double>::quiet_NaN();

@@ -10,9 +10,9 @@
 #include <limits>
 #include <thread>
 
-#include "clients/report/formatted.h"
 #include "proto/os/json.h"
 #include "proto/os/message.h"
+#include "proto/os/text.h"
 #include "proto/os/version.h"
 
 namespace haptic {
@@ -39,11 +39,6 @@ std::string verdict(const Row& row) {
   std::string text = *row.holds ? "ok" : "MISSED";
   if (row.goal) text += " (goal " + readable(*row.goal, row.unit) + ")";
   return text;
-}
-
-std::string padded(const std::string& text, size_t width) {
-  const size_t used = count_characters(text);
-  return used < width ? text + std::string(width - used, ' ') : text;
 }
 
 }  // namespace
@@ -120,20 +115,16 @@ Rows Rows::machine(const std::string& case_name) const {
   return rows;
 }
 
-void Rows::add(const std::string& metric, Figure figure, const std::string& unit) {
-  rows_->push_back({case_name_, metric, figure.value, unit, "", {}, {}, {}, one_line(figure.text)});
-}
-
 void Rows::add(const std::string& metric, Figure figure, const std::string& unit,
-               std::optional<double> goal, bool holds) {
-  add(metric, figure, unit);
-  if (goal && are_judged_) rows_->back().goal = goal, rows_->back().holds = holds;
+               const Goal& goal) {
+  rows_->push_back({case_name_, metric, figure.value, unit, "", {}, {}, {}, one_line(figure.text)});
+  if (!goal.value || !are_judged_) return;
+  rows_->back().goal = goal.value;
+  rows_->back().holds = goal.holds(figure.value, *goal.value);
 }
 
 void Rows::add(std::initializer_list<Line> lines) {
-  for (const auto& [metric, figure, unit, goal] : lines) {
-    add(metric, figure, unit, goal.value, goal.value && goal.holds(figure.value, *goal.value));
-  }
+  for (const auto& [metric, figure, unit, goal] : lines) add(metric, figure, unit, goal);
 }
 
 void Rows::add_beside(const std::string& metric, double value, const std::string& unit,

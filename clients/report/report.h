@@ -73,11 +73,6 @@ struct Line {
   Goal goal = {};
 };
 
-/// A goal that applies only if `fair`.
-inline std::optional<double> goal_if(bool fair, double goal) {
-  return fair ? std::optional(goal) : std::nullopt;
-}
-
 /// Adds rows of one case to a list, which its copies and other cases of the list share.
 class Rows {
  public:
@@ -89,23 +84,9 @@ class Rows {
   /// Likewise; its first row is machine_line().
   Rows machine(const std::string& case_name) const;
 
-  void add(const std::string& metric, Figure figure, const std::string& unit = "");
+  void add(const std::string& metric, Figure figure, const std::string& unit = "",
+           const Goal& goal = {});
   void add(std::initializer_list<Line> lines);
-  /// Without a goal the figure stands alone.
-  void add(const std::string& metric, Figure figure, const std::string& unit,
-           std::optional<double> goal, bool holds);
-  void at_most(const std::string& metric, Figure figure, const std::string& unit,
-               std::optional<double> goal) {
-    add(metric, figure, unit, goal, figure.value <= goal);
-  }
-  void at_least(const std::string& metric, Figure figure, const std::string& unit,
-                std::optional<double> goal) {
-    add(metric, figure, unit, goal, figure.value >= goal);
-  }
-  /// The goal is zero.
-  void none(const std::string& metric, Figure figure, const std::string& unit = "") {
-    add(metric, figure, unit, 0, figure.value == 0);
-  }
   /// A figure compared with that of a peer in the same run; without a peer, `peer_value` is empty.
   void add_beside(const std::string& metric, double value, const std::string& unit,
                   const std::string& peer, std::optional<double> peer_value);

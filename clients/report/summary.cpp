@@ -66,7 +66,7 @@ auto some_of(const Items& items, size_t most) {
   return some;
 }
 
-/// Whether the tool would be inside an object anywhere on its way from one pose to another, both
+/// True if the tool would be inside an object anywhere on its way from one pose to another, both
 /// relative to that object.
 bool is_through(const RigidPoseJudge& judge, const Pose& from_OT, const Pose& to_OT) {
   const Twist way = way_between(from_OT, to_OT);
@@ -76,7 +76,7 @@ bool is_through(const RigidPoseJudge& judge, const Pose& from_OT, const Pose& to
   return false;
 }
 
-/// Whether the servo rendered no force at this time, whatever the contacts.
+/// True if the servo rendered no force at this time, whatever the contacts.
 bool is_closed(const std::vector<ServoFrame>& frames, int64_t t_ns) {
   const auto it = std::ranges::lower_bound(frames, t_ns, {}, &ServoFrame::t_ns);
   return it != frames.end() && it->t_ns == t_ns && (it->flags & kServoClosed) != 0;
@@ -123,7 +123,7 @@ void check_verified(const SessionData& data, const BakedSession& baked, Penetrat
   }
   std::vector<RigidPoseJudge> judges;
   for (const BakedShape& object : baked.objects) {
-    judges.emplace_back(object.shape, baked.tool->shape, RigidPoseJudge::Springs{});
+    judges.emplace_back(object.shape, baked.tool->shape);
   }
   const std::vector<VerifiedProxy> asked = some_of(rigid, kMostPosesChecked);
   Progress progress(kExactCheck, static_cast<double>(asked.size()));
@@ -242,15 +242,16 @@ void add_penetration(const Penetration& penetration, Renderer renderer, Rows& ro
   rows.add("deepest penetration of this tick's proxy", penetration.deepest_proxy, "m");
   if (penetration.unchecked.empty()) {
     rows.add("verified proxy inside (exact check)",
-             static_cast<double>(penetration.verified_inside), "", 0,
-             penetration.verified_inside == 0 && penetration.verified_checked > 0);
+             static_cast<double>(penetration.verified_inside), "",
+             given(0, penetration.verified_inside == 0 && penetration.verified_checked > 0));
   } else {
     rows.note("verified proxy inside (exact check)", penetration.unchecked);
   }
   if (is_rigid(renderer)) {
-    rows.add("answers without a free pose: nothing felt", penetration.without_pose);
-    rows.add("verified proxy placed anew", penetration.placed_anew);
-    rows.none("of these with an object between: changes of side", penetration.across);
+    rows.add({{"answers without a free pose: nothing felt", penetration.without_pose},
+              {"verified proxy placed anew", penetration.placed_anew},
+              {"of these with an object between: changes of side", penetration.across, "",
+               kMustBeZero}});
   }
 }
 
@@ -303,28 +304,28 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
     const std::string gone = out_of_reach_line(out_of_reach(config, data.scenes.back()));
     if (!gone.empty()) rows.note(std::string(kGone), gone);
   }
-  rows.at_least("ticks in contact", touching, "", 1);
+  rows.add("ticks in contact", touching, "", at_least(1));
   if (touching > 0) {
-    rows.add(std::string(kContactShare), 100 * static_cast<double>(touching) / ticks, "%");
-    rows.add(std::string(kFirstTouch), 1e-9 * static_cast<double>(first_touch_ns), "s");
+    rows.add({{std::string(kContactShare), 100 * static_cast<double>(touching) / ticks, "%"},
+              {std::string(kFirstTouch), 1e-9 * static_cast<double>(first_touch_ns), "s"}});
   }
-  rows.at_most("peak force at the device", peak, "N", limit);
+  rows.add("peak force at the device", peak, "N", at_most(limit));
   if (is_of_body(config.renderer)) {
-    rows.add("peak torque on the tool", peak_torque, "N·m");
-    rows.at_most("peak torque at the device", felt_torque, "N·m", torque_limit);
-    rows.add("largest distance from the hand to its proxy", deepest, "m");
+    rows.add({{"peak torque on the tool", peak_torque, "N·m"},
+              {"peak torque at the device", felt_torque, "N·m", at_most(torque_limit)},
+              {"largest distance from the hand to its proxy", deepest, "m"}});
   } else {
     rows.add("deepest push of the hand behind the surface", deepest, "m");
   }
   add_penetration(penetration, config.renderer, rows);
   const PortEnergy energy = port_energy(frames);
-  rows.add("energy from hand", energy.into_device, "J");
-  rows.add("energy to hand", energy.returned, "J");
-  rows.add("energy balance of the hand (positive: passive)", energy.net(), "J");
+  rows.add({{"energy from hand", energy.into_device, "J"},
+            {"energy to hand", energy.returned, "J"},
+            {"energy balance of the hand (positive: passive)", energy.net(), "J"}});
   if (lost_time > 0) rows.add("stalls longer than the simulated hand can catch up with", lost_time);
-  rows.none("ticks in fault", faults);
-  rows.add("samples recorded", data.recorded);
-  rows.none("samples lost", data.lost);
+  rows.add({{"ticks in fault", faults, "", kMustBeZero},
+            {"samples recorded", data.recorded},
+            {"samples lost", data.lost, "", kMustBeZero}});
   return rows.rows();
 }
 

@@ -16,8 +16,8 @@ inline constexpr uint64_t kMostSamples = 256;  // of one frame
 /// The text of /layout.json.
 std::string layout_json();
 
-/// What a frame has in common for all viewers: the fixed part, the objects and the contacts. The
-/// numbers of one viewer are zero.
+/// Makes the numbers that a frame has in common for all viewers: the fixed part, the objects and
+/// the contacts. The numbers of one viewer are zero.
 std::vector<double> common_frame(const View& view);
 
 /// The numbers of one viewer.

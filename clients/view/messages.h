@@ -20,7 +20,7 @@ std::string control_message(bool allowed, const std::string& reason);
 /// `id` is JSON already.
 std::string answer_message(const std::string& id, bool ok, const std::string& text);
 
-/// What hapticd says of itself once a second, `hapt status --json`.
+/// The part of `hapt status --json` that pages show; hapticd is asked once a second.
 struct SessionWords {
   int clients = 0;
   std::vector<std::string> closed_by;  // "what (remedy)"

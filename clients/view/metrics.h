@@ -8,7 +8,7 @@
 
 namespace haptic {
 
-/// What the bridge counts of its viewers.
+/// The bridge's counts of its viewers.
 struct BridgeCounts {
   uint64_t viewers = 0, connections = 0;
   uint64_t frames_sent = 0, frames_skipped = 0;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/view/page_message.h"
-#include "proto/os/json.h"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
+
+#include "proto/os/json.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -93,37 +94,48 @@ LoopMessage loop_of(const Json& message) {
   return {{{begin, std::max(begin, tick_in(message, "to"))}}};
 }
 
-std::optional<LogMessage> log_message_of(const std::string& type, const Json& message) {
-  if (type == "seek") return SeekMessage{tick_in(message, "tick")};
-  if (type == "play") {
-    return PlayMessage{number_of(member(message, "speed"), "speed", kSlowestPlay, kFastestPlay)};
-  }
-  if (type == "stop") return StopMessage{};
-  if (type == "step") {
-    return StepMessage{static_cast<int64_t>(
-        number_of(member(message, "ticks"), "ticks", -kMostSequence, kMostSequence))};
-  }
-  if (type == "next") return next_of(message);
-  if (type == "loop") return loop_of(message);
-  return std::nullopt;
+/// The number of a member, as a T.
+template <typename T = double>
+T member_number(const Json& message, const char* name, double low, double high) {
+  return static_cast<T>(number_of(member(message, name), name, low, high));
 }
+
+struct MessageRow {
+  std::string_view type;
+  PageMessage (*read)(const Json& message);
+};
+constexpr std::array<MessageRow, 12> kMessages{{
+    {"token", [](const Json& m) -> PageMessage { return TokenMessage{text_in(m, "token")}; }},
+    {"shown",
+     [](const Json& m) -> PageMessage {
+       return ShownMessage{member_number<uint64_t>(m, "sequence", 0, kMostSequence)};
+     }},
+    {"rate",
+     [](const Json& m) -> PageMessage {
+       return RateMessage{member_number(m, "hz", kSlowest, kFastest)};
+     }},
+    {"command", [](const Json& m) -> PageMessage { return command_of(m); }},
+    {"lead", [](const Json& m) -> PageMessage { return lead_of(m); }},
+    {"release", [](const Json&) -> PageMessage { return ReleaseMessage{}; }},
+    {"seek", [](const Json& m) -> PageMessage { return SeekMessage{tick_in(m, "tick")}; }},
+    {"play",
+     [](const Json& m) -> PageMessage {
+       return PlayMessage{member_number(m, "speed", kSlowestPlay, kFastestPlay)};
+     }},
+    {"stop", [](const Json&) -> PageMessage { return StopMessage{}; }},
+    {"step",
+     [](const Json& m) -> PageMessage {
+       return StepMessage{member_number<int64_t>(m, "ticks", -kMostSequence, kMostSequence)};
+     }},
+    {"next", [](const Json& m) -> PageMessage { return next_of(m); }},
+    {"loop", [](const Json& m) -> PageMessage { return loop_of(m); }},
+}};
 
 PageMessage message_of(const Json& message) {
   if (!message.is_object()) throw std::runtime_error("is no object");
-  const std::string type = text_in(message, "type");
-  if (type == "token") return TokenMessage{text_in(message, "token")};
-  if (type == "shown") {
-    const double n = number_of(member(message, "sequence"), "sequence", 0, kMostSequence);
-    return ShownMessage{static_cast<uint64_t>(n)};
-  }
-  if (type == "rate") {
-    return RateMessage{number_of(member(message, "hz"), "hz", kSlowest, kFastest)};
-  }
-  if (type == "command") return command_of(message);
-  if (type == "lead") return lead_of(message);
-  if (type == "release") return ReleaseMessage{};
-  if (const auto of_log = log_message_of(type, message)) return *of_log;
-  throw std::runtime_error("has an unknown type");
+  const auto row = std::ranges::find(kMessages, text_in(message, "type"), &MessageRow::type);
+  if (row == kMessages.end()) throw std::runtime_error("has an unknown type");
+  return row->read(message);
 }
 
 /// The message that comes after each frame, as the page writes it, without the cost of a parser of
@@ -156,15 +168,10 @@ PageMessage parse_page_message(std::string_view text) {
 
 std::string lead_line(const LeadMessage& lead) {
   const Vec3& p = lead.position_W;
-  char text[256];
-  std::snprintf(text, sizeof text, "lead %.9g %.9g %.9g", p.x, p.y, p.z);
-  std::string line = text;
-  if (lead.orientation) {
-    const Quat& q = *lead.orientation;
-    std::snprintf(text, sizeof text, " %.9g %.9g %.9g %.9g", q.w, q.x, q.y, q.z);
-    line += text;
-  }
-  return line;
+  const std::string line = formatted("lead %.9g %.9g %.9g", p.x, p.y, p.z);
+  if (!lead.orientation) return line;
+  const Quat& q = *lead.orientation;
+  return line + formatted(" %.9g %.9g %.9g %.9g", q.w, q.x, q.y, q.z);
 }
 
 std::string release_line() {

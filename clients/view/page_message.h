@@ -31,7 +31,7 @@ struct LeadMessage {
   std::optional<Quat> orientation;
 };
 struct ReleaseMessage {};
-/// Those that move in a log, which a session has not.
+// the messages that move in a log; a session has none
 struct SeekMessage {
   uint64_t tick = 0;
 };
@@ -51,7 +51,7 @@ struct LoopMessage {
 };
 using LogMessage =
     std::variant<SeekMessage, PlayMessage, StopMessage, StepMessage, NextMessage, LoopMessage>;
-/// What is no message, in words for a close frame.
+/// A text that is no message, and why, in words for a close frame.
 struct BadMessage {
   std::string problem;
 };

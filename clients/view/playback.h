@@ -30,7 +30,6 @@ class Playback {
   /// The tick at this instant; between the first and the last. At the end of a loop it begins
   /// anew; at the end of the log it waits there, and goes on when there is more.
   uint64_t at(int64_t now_ns, const LogTicks& log);
-  bool is_playing() const { return speed_ > 0; }
 
  private:
   double tick_;

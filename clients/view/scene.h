@@ -33,7 +33,7 @@ struct LogFacts {
   std::optional<TightestPlace> tightest;  // where it was measured
 };
 
-/// What is in a session or a log, as far as the bridge is told.
+/// The content of a session or a log, as far as the bridge is told.
 struct SceneInfo {
   std::string session;
   std::string config_text;              // empty: not given to this user

@@ -54,7 +54,7 @@ SharedText mesh_text(const EyeMesh* mesh) {
                                              bytes.size());
 }
 
-/// The same of all objects up to the last that has one.
+/// The eye files of all objects, up to the last that has one.
 std::vector<SharedText> texts_of(std::span<const std::shared_ptr<const EyeMesh>> meshes) {
   std::vector<SharedText> texts;
   for (const auto& mesh : meshes) texts.push_back(mesh_text(mesh.get()));

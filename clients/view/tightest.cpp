@@ -3,11 +3,11 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "proto/os/json.h"
 #include "proto/os/message.h"
 #include "proto/os/regular_file.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -74,13 +74,10 @@ TightestPlace read_tightest(const std::string& path) {
 }
 
 std::string words_of(const TightestPlace& place) {
-  char text[128];
-  if (place.distance > 0) {
-    std::snprintf(text, sizeof text, " at %.3f s: %.3g mm", place.t, 1e3 * place.distance);
-  } else {
-    std::snprintf(text, sizeof text, " at %.3f s: they meet", place.t);
-  }
-  return "The tool is nearest to '" + shown(place.name) + "'" + text;
+  const std::string where = "The tool is nearest to '" + shown(place.name) + "'";
+  return where + (place.distance > 0
+                      ? formatted(" at %.3f s: %.3g mm", place.t, 1e3 * place.distance)
+                      : formatted(" at %.3f s: they meet", place.t));
 }
 
 }  // namespace haptic

@@ -35,13 +35,13 @@ struct Viewer {
   std::unique_ptr<LogPage> log;  // of a page that shows a log
 };
 
-/// Whether its next frame is due: its period is over, give or take half a tick of the bridge.
+/// True if its next frame is due: its period is over, give or take half a tick of the bridge.
 inline bool is_due(const Viewer& viewer, int64_t now_ns) {
   const int64_t period = static_cast<int64_t>(1e9 / viewer.hz);
   return now_ns - viewer.last_ns >= period - kTickPeriod / 2;
 }
 
-/// Whether it can be sent one.
+/// True if it can be sent one.
 inline bool is_ready(const Viewer& viewer) {
   return !viewer.is_writing && viewer.waiting.empty() && viewer.has_shown;
 }

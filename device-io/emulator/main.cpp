@@ -310,10 +310,10 @@ int main(int argc, char** argv) try {
   const auto length = [&](const char* name, double& value, const char* help) {
     line.quantity(name, value, Dimension::kLength, haptic::kNotNegative, help).show_default();
   };
-  line.quantities("--centre X Y Z", options.centre, Dimension::kLength, haptic::kAny,
-                  "of the strokes")
+  line.quantity("--centre X Y Z", options.centre, Dimension::kLength, haptic::kAny,
+                "of the strokes")
       .expected(3);
-  line.numbers("--direction X Y Z", options.direction, haptic::kAny, "all strokes along it")
+  line.number("--direction X Y Z", options.direction, haptic::kAny, "all strokes along it")
       .expected(3);
   length("--hover", intent.hover_radius, "distance from the centre between strokes");
   length("--press", intent.press_radius, "distance from the centre the hand means to reach");
@@ -324,13 +324,13 @@ int main(int argc, char** argv) try {
   line.quantity("--turn-angle", intent.turn_angle, Dimension::kAngle, kHalfTurn,
                 "turn of the handle in each stroke")
       .show_default();
-  line.numbers("--turn-axis X Y Z", options.turn_axis, haptic::kAny, "all turns about it")
+  line.number("--turn-axis X Y Z", options.turn_axis, haptic::kAny, "all turns about it")
       .expected(3);
   length("--tremor", intent.tremor_amplitude, "amplitude");
   line.quantity("--button-after", options.button, Dimension::kTime, kDelays,
                 "calibration button; 0 s: is not needed");
-  line.quantities("--grasp LOW HIGH", options.grasp, Dimension::kLength, haptic::kAny,
-                  "heights at which the hand takes and holds a thing, when a test orders it")
+  line.quantity("--grasp LOW HIGH", options.grasp, Dimension::kLength, haptic::kAny,
+                "heights at which the hand takes and holds a thing, when a test orders it")
       .expected(2);
   line.flag("--realtime", options.realtime, "real-time priority, where the kernel grants it");
   line.example("haptic-emulator --link /tmp/woodenhaptics --log received.csv");

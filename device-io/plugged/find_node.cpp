@@ -104,12 +104,10 @@ bool is_chosen(const PluggedConfig& wanted, const PluggedNode& node) {
 }
 
 std::string one_of(const std::vector<PluggedNode>& nodes) {
-  std::string text;
-  for (const PluggedNode& node : nodes) {
-    text += (text.empty() ? "" : ", ") + node.path + " (port " + node.port +
-            (node.serial.empty() ? "" : ", serial " + shown(node.serial)) + ")";
-  }
-  return text;
+  return joined(nodes, [](const PluggedNode& node) {
+    return node.path + " (port " + node.port +
+           (node.serial.empty() ? "" : ", serial " + shown(node.serial)) + ")";
+  });
 }
 
 /// Opens a node that needs no setting up.

@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <iostream>
 #include <limits>
 #include <type_traits>
@@ -12,6 +11,7 @@
 
 #include "proto/os/help_text.h"
 #include "proto/os/message.h"
+#include "proto/os/text.h"
 #include "proto/os/version.h"
 
 namespace haptic {
@@ -21,12 +21,6 @@ constexpr const char* kExitCodes =
     "\n\nExit codes: 0 fine; 1 something failed or a goal was missed; 2 the command line, the "
     "session "
     "file or a file that one of them names is wrong.";
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
 
 /// The command in which the words ended.
 const CLI::App& last_command(const CLI::App& app) {
@@ -40,12 +34,10 @@ std::string full_name(const CLI::App& app) {
   return (parent == nullptr ? "" : full_name(*parent) + " ") + app.get_name();
 }
 
-/// What may follow an option: its default, and what it goes with.
+/// The text behind an option's help: its default, and what it goes with.
 std::string conditions(const CLI::Option& option) {
   const auto names = [](const std::set<CLI::Option*>& others) {
-    std::vector<std::string> words;
-    for (const CLI::Option* other : others) words.push_back(other->get_name());
-    return joined(words);
+    return joined(others, [](const CLI::Option* other) { return other->get_name(); });
   };
   std::vector<std::string> parts;
   if (option.get_required() && option.nonpositional()) parts.emplace_back("required");
@@ -170,10 +162,8 @@ std::vector<std::string> reversed_words(const CLI::App& app, int argc, char** ar
 /// Problem of a whole number; empty: none.
 template <typename Integer>
 std::string problem_of_integer(const std::string& text, Integer low, Integer high) {
-  Integer value{};
-  const char* const end = text.data() + text.size();
-  const auto parsed = std::from_chars(text.data(), end, value);
-  if (parsed.ec == std::errc() && parsed.ptr == end && value >= low && value <= high) return "";
+  const std::optional<Integer> value = number_from<Integer>(text);
+  if (value && *value >= low && *value <= high) return "";
   using Limits = std::numeric_limits<Integer>;
   const std::string bounds = low == Limits::min() && high == Limits::max()
                                  ? (low < 0 ? "" : ", 0 or more")
@@ -189,7 +179,7 @@ Option::Check integer_check() {
   };
 }
 
-/// What one word of an option becomes.
+/// The type that one word of an option becomes.
 template <typename T>
 struct ItemOf {
   using type = T;
@@ -332,32 +322,27 @@ Option::Check problem_of(const Parse& parse) {
   };
 }
 
-CLI::Option* add_value(CLI::App* app, const NameParts& name, double& value, const Parse& parse,
-                       const std::string& help) {
-  const auto set = [&value, parse](const std::string& text) { value = parse(text); };
-  return app->add_option_function<std::string>(name.name, set, help)
-      ->check(problem_of(parse), "")
-      ->type_name(name.placeholder);
-}
-
-CLI::Option* add_values(CLI::App* app, const NameParts& name, std::vector<double>& values,
-                        const Parse& parse, const std::string& help) {
-  using Texts = std::vector<std::string>;
-  const auto set = [&values, parse](const Texts& texts) {
-    values.clear();
-    for (const std::string& text : texts) values.push_back(parse(text));
+/// Adds an option of a number, of one that may be left out, or of a list of them.
+template <typename Value>
+CLI::Option* add_value(CLI::App* app, const NameParts& name, Value& value, const Parse& parse,
+                       const std::string& help, const std::function<std::string(double)>& text_of) {
+  constexpr bool kIsList = std::is_same_v<Value, std::vector<double>>;
+  using Texts = std::conditional_t<kIsList, std::vector<std::string>, std::string>;
+  const auto set = [&value, parse](const Texts& texts) {
+    if constexpr (kIsList) {
+      value.clear();
+      for (const std::string& text : texts) value.push_back(parse(text));
+    } else {
+      value = parse(texts);
+    }
   };
-  return app->add_option_function<Texts>(name.name, set, help)
-      ->check(problem_of(parse), "")
-      ->type_name(name.placeholder);
-}
-
-Parse parse_of(Dimension dimension, const Range& range, const std::string& bare_unit) {
-  return [=](const std::string& text) { return parse_quantity(text, dimension, range, bare_unit); };
-}
-
-Parse parse_of(const Range& range) {
-  return [=](const std::string& text) { return parse_number(text, range); };
+  CLI::Option* option = app->add_option_function<Texts>(name.name, set, help);
+  option->check(problem_of(parse), "")->type_name(name.placeholder);
+  return option->default_function([&value, text_of]() -> std::string {
+    if constexpr (kIsList) return joined(value, text_of);
+    if constexpr (std::is_same_v<Value, double>) return text_of(value);
+    return "";
+  });
 }
 
 /// Placeholder in the help text: "LENGTH".
@@ -367,43 +352,37 @@ std::string kind_of(Dimension dimension) {
   return kind;
 }
 
-constexpr const char* kNumber = "NUMBER";
-
 }  // namespace
 
-Option Command::quantity(const std::string& name, double& value, Dimension dimension,
+template <typename Value>
+Option Command::quantity(const std::string& name, Value& value, Dimension dimension,
                          const Range& range, const std::string& help,
                          const std::string& bare_unit) {
-  CLI::Option* option = add_value(app_, split_name(name, kind_of(dimension)), value,
-                                  parse_of(dimension, range, bare_unit), help);
-  option->default_function([&value, dimension] { return quantity_text(value, dimension); });
-  return Option(option);
+  const auto parse = [=](const std::string& text) {
+    return parse_quantity(text, dimension, range, bare_unit);
+  };
+  return Option(add_value(app_, split_name(name, kind_of(dimension)), value, parse, help,
+                          [=](double one) { return quantity_text(one, dimension); }));
 }
 
-Option Command::quantities(const std::string& name, std::vector<double>& values,
-                           Dimension dimension, const Range& range, const std::string& help,
-                           const std::string& bare_unit) {
-  CLI::Option* option = add_values(app_, split_name(name, kind_of(dimension)), values,
-                                   parse_of(dimension, range, bare_unit), help);
-  option->default_function([&values, dimension] {
-    std::vector<std::string> texts;
-    for (const double value : values) texts.push_back(quantity_text(value, dimension));
-    return joined(texts);
-  });
-  return Option(option);
-}
-
-Option Command::number(const std::string& name, double& value, const Range& range,
+template <typename Value>
+Option Command::number(const std::string& name, Value& value, const Range& range,
                        const std::string& help) {
-  CLI::Option* option = add_value(app_, split_name(name, kNumber), value, parse_of(range), help);
-  option->default_function([&value] { return number_text(value); });
-  return Option(option);
+  const auto parse = [=](const std::string& text) { return parse_number(text, range); };
+  return Option(add_value(app_, split_name(name, "NUMBER"), value, parse, help, number_text));
 }
 
-Option Command::numbers(const std::string& name, std::vector<double>& values, const Range& range,
-                        const std::string& help) {
-  return Option(add_values(app_, split_name(name, kNumber), values, parse_of(range), help));
-}
+template Option Command::quantity(const std::string&, double&, Dimension, const Range&,
+                                  const std::string&, const std::string&);
+template Option Command::quantity(const std::string&, std::optional<double>&, Dimension,
+                                  const Range&, const std::string&, const std::string&);
+template Option Command::quantity(const std::string&, std::vector<double>&, Dimension, const Range&,
+                                  const std::string&, const std::string&);
+template Option Command::number(const std::string&, double&, const Range&, const std::string&);
+template Option Command::number(const std::string&, std::optional<double>&, const Range&,
+                                const std::string&);
+template Option Command::number(const std::string&, std::vector<double>&, const Range&,
+                                const std::string&);
 
 CommandLine::CommandLine(const std::string& program, const std::string& description)
     : CommandLine(std::make_unique<CLI::App>(description, program)) {

@@ -47,7 +47,7 @@ class Option {
   Option& required();
   /// Number of words after the option.
   Option& expected(int words);
-  /// Of a whole number.
+  /// Refuses a whole number outside of these bounds.
   Option& range(int64_t low, int64_t high);
   /// The help text explains the words.
   Option& one_of(const std::vector<std::string>& words);
@@ -88,17 +88,14 @@ class Command {
   Option flag(const std::string& name, bool& value, const std::string& help);
 
   /// A quantity such as "80 mm"; a number without unit is taken in `bare_unit`, if there is one.
-  /// `value` is in SI units. Problems are reported as by parse_quantity().
-  Option quantity(const std::string& name, double& value, Dimension dimension, const Range& range,
+  /// `value` is in SI units. Problems are reported as by parse_quantity(). Value: double; an
+  /// optional one, which stays empty where the option is not typed; a vector, of several words.
+  template <typename Value>
+  Option quantity(const std::string& name, Value& value, Dimension dimension, const Range& range,
                   const std::string& help, const std::string& bare_unit = "");
-  /// A list of quantities.
-  Option quantities(const std::string& name, std::vector<double>& values, Dimension dimension,
-                    const Range& range, const std::string& help, const std::string& bare_unit = "");
-  /// A number without unit, or a list of them.
-  Option number(const std::string& name, double& value, const Range& range,
-                const std::string& help);
-  Option numbers(const std::string& name, std::vector<double>& values, const Range& range,
-                 const std::string& help);
+  /// A number without unit; Value as above.
+  template <typename Value>
+  Option number(const std::string& name, Value& value, const Range& range, const std::string& help);
 
   /// One of several words, each mapped to a value. The help text lists them.
   template <typename Enum>
@@ -110,7 +107,7 @@ class Command {
         name, [&value, words](const std::string& word) { value = words.at(word); }, names, help);
   }
 
-  /// Whether that option was typed; valid in an action.
+  /// True if that option was typed; valid in an action.
   bool was_given(const std::string& option) const;
 
  protected:

@@ -42,7 +42,7 @@ inline bool is_far_beyond(const CoupledAxis& axis) {
 /// backward difference gives it a damping m (1 − cos ωT)/T that real devices lack. So check
 /// passive_stiffness as well.
 double two_port_margin(const CoupledAxis& axis);
-/// That expression at one frequency, ω T in (0, π).
+/// The expression whose minimum two_port_margin() is, at one frequency, ω T in (0, π).
 double two_port_margin_at(const CoupledAxis& axis, double omega_t);
 /// The lowest and the highest ω T that the minimum is taken over.
 struct MarginBand {

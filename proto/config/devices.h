@@ -2,13 +2,13 @@
 #pragma once
 
 #include <array>
-#include <cstdio>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "proto/config/quantity.h"
 #include "proto/config/session_config.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 
@@ -86,10 +86,7 @@ struct ReplayChoice {
 inline std::vector<std::string> replay_options(const ReplayChoice& choice) {
   std::vector<std::string> out;
   const auto add = [&](const char* name, const std::optional<double>& value) {
-    if (!value) return;
-    char text[32];
-    std::snprintf(text, sizeof text, "%.17g", *value);
-    out.insert(out.end(), {name, text});
+    if (value) out.insert(out.end(), {name, formatted("%.17g", *value)});
   };
   if (!choice.trace.empty()) out.insert(out.end(), {"--replay", choice.trace});
   add("--replay-speed", choice.speed);

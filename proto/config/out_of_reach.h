@@ -24,7 +24,7 @@ std::string out_of_reach_text(const OutOfReach& gone);
 /// How to keep them in the scene.
 inline constexpr const char* kMendOutOfReach = "raise reach in [sim], or put a floor below";
 
-/// Both in one line: "2 bodies out of reach (1 m): raise …"; empty: none.
+/// The text and how to mend it in one line: "2 bodies out of reach (1 m): raise …"; empty: none.
 std::string out_of_reach_line(const OutOfReach& gone);
 
 }  // namespace haptic

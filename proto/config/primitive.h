@@ -119,7 +119,7 @@ struct DimpledBall {
   uint32_t along = 82;        // steps along a side of the icosahedron: 20·along² triangles
 };
 
-/// What a long part and the rest for it have in common.
+/// The dimensions that a long part and the rest for it have in common.
 struct Frame {
   double length = 180e-3, width = 24e-3;  // of the part, with its lugs [m]
   double diameter = 8e-3;                 // of the pins at their foot [m]
@@ -168,7 +168,7 @@ constexpr std::string_view kind_name(const Primitive& made) {
   return kPrimitives[made.index() - 1].first;
 }
 
-/// Whether it is a mesh of one of these kinds.
+/// True if it is a mesh of one of these kinds.
 template <typename... Kinds>
 constexpr bool is_any_of(const Primitive& made) {
   return (std::holds_alternative<Kinds>(made) || ...);

@@ -5,9 +5,11 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <ranges>
 #include <string>
 
 #include "proto/math/units.h"
+#include "proto/os/message.h"
 
 namespace haptic {
 namespace {
@@ -141,15 +143,6 @@ std::string compact(std::string_view unit) {
   return out;
 }
 
-std::string list_units(Dimension dimension) {
-  std::string list;
-  for (const Unit& unit : kUnits) {
-    if (unit.dimension != dimension) continue;
-    list += (list.empty() ? "" : ", ") + std::string(unit.name);
-  }
-  return list;
-}
-
 /// The unit whose factor is 1.
 std::string_view si_unit(Dimension dimension) {
   return std::find_if(
@@ -235,8 +228,10 @@ std::string_view name_of(Dimension dimension) {
 }
 
 std::string how_to_write(Dimension dimension) {
-  return "write for example \"" + std::string(example_of(dimension)) +
-         "\"; known units: " + list_units(dimension);
+  return "write for example \"" + std::string(example_of(dimension)) + "\"; known units: " +
+         joined(kUnits | std::views::filter(
+                             [&](const Unit& unit) { return unit.dimension == dimension; }),
+                &Unit::name);
 }
 
 std::string number_text(double value) {

@@ -34,7 +34,7 @@ enum class Dimension {
   kMemory,               // [bytes]
 };
 
-/// What is wrong with a text and how to mend it; the caller adds the place.
+/// A text that is no quantity: the message says why and how to mend it, the caller adds the place.
 struct QuantityError : InputError {
   using InputError::InputError;
 };

@@ -33,11 +33,7 @@ const RendererRow* find_renderer(std::string_view name) {
 }
 
 std::string renderer_names() {
-  std::string names;
-  for (const RendererRow& row : kRenderers) {
-    names += (names.empty() ? "" : ", ") + std::string(row.name);
-  }
-  return names;
+  return joined(kRenderers, &RendererRow::name);
 }
 
 std::string unknown_renderer(std::string_view name) {

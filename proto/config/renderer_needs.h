@@ -19,7 +19,7 @@ inline SoftSolver solver_of(const ProxyConfig& proxy, Renderer renderer) {
   return proxy.solver.value_or(row_of(renderer).soft);
 }
 
-/// Whether a coupling pulls a proxy of the tool; false: the hand meets the contacts directly.
+/// True if a coupling pulls a proxy of the tool; false: the hand meets the contacts directly.
 inline bool has_springs(SoftSolver solver, Renderer renderer) {
   return is_rigid(renderer) || solver != SoftSolver::kDirect;
 }
@@ -37,7 +37,7 @@ inline bool has_pieces(const SessionConfig& config) {
   return row_of(config.renderer).has_pieces || config.pieces.is_wanted != 0;
 }
 
-/// What contact has baked for a tool with six degrees of freedom.
+/// The data that contact has baked for a tool with six degrees of freedom.
 struct BakedFor {
   bool maps = false, pieces = false;
 };
@@ -45,8 +45,8 @@ inline BakedFor baked_for(const SessionConfig& config) {
   return {has_maps(config), has_pieces(config)};
 }
 
-/// What a session lacks to be rendered by another renderer, where that moves a soft body with this
-/// solver, and what to add to its file; empty: nothing. `baked`: what contact has of its
+/// Says what a session lacks to be rendered by another renderer, where that moves a soft body with
+/// this solver, and what to add to its file; empty: nothing. `baked` is what contact has of the
 /// objects.
 std::string lack_of(const SessionConfig& config, Renderer renderer, SoftSolver solver,
                     const Springs& springs, const BakedFor& baked);
@@ -56,7 +56,7 @@ const RendererRow* find_renderer(std::string_view name);
 
 /// The names of all renderers, for a message.
 std::string renderer_names();
-/// That there is none of that name, and which was meant.
+/// A message that there is no renderer of that name, and which was meant.
 std::string unknown_renderer(std::string_view name);
 
 /// Gives a session that has not begun another renderer, by its name. Throws ConfigError where there

@@ -85,12 +85,12 @@ struct ShapeConfig {
   uint32_t colour = 0;      // on a screen, 0xrrggbb
 };
 
-/// Whether there is a body; a tool without one is a point.
+/// True if there is a body; a tool without one is a point.
 inline bool has_mesh(const ShapeConfig& shape) {
   return shape.primitive.index() > 0 || shape.mesh[0] != 0;
 }
 
-/// What people read: the path of its file, or "primitive:box"; empty: there is none.
+/// The name of a mesh for people: the path of its file, or "primitive:box"; empty: there is none.
 inline std::string mesh_name(const ShapeConfig& shape) {
   if (shape.primitive.index() == 0) return std::string(view(shape.mesh));
   return "primitive:" + std::string(kind_name(shape.primitive));
@@ -116,7 +116,7 @@ struct ObjectConfig : ShapeConfig {
   BodyConfig body;
 };
 
-/// Whether others push it by its convex pieces: it has mass, and is no box or ball.
+/// True if others push it by its convex pieces: it has mass, and is no box or ball.
 inline bool collides_as_pieces(const ObjectConfig& object) {
   return has_mass(object.body) && !is_any_of<primitive::Box, primitive::Sphere>(object.primitive);
 }

@@ -40,7 +40,7 @@ constexpr SegmentId eye_id(uint32_t object) {
                               : SegmentId{static_cast<uint32_t>(SegmentId::kEye0) + object};
 }
 
-/// The same for the eye file of its convex pieces.
+/// The number under which the eye file of its convex pieces is handed out.
 constexpr SegmentId pieces_id(uint32_t object) {
   return object == kEyeOfTool ? SegmentId::kPiecesTool
                               : SegmentId{static_cast<uint32_t>(SegmentId::kPieces0) + object};
@@ -61,7 +61,7 @@ constexpr uint32_t eye_object(SegmentId id) {
   return id == tool ? kEyeOfTool : static_cast<uint32_t>(id) - static_cast<uint32_t>(tool) - 1;
 }
 
-/// Whether the child that owns segment `child` may offer `id`: its own, and contact the eye files.
+/// True if the child that owns segment `child` may offer `id`: its own, and contact the eye files.
 constexpr bool may_offer(SegmentId child, SegmentId id) {
   return id == child || (child == contact_segment(kFirstHand) && is_eye(id));
 }

@@ -28,7 +28,8 @@ inline constexpr size_t kLongestAnswer = kMostConfigText + sizeof(Path) + 64;
 inline constexpr std::string_view kFailedAnswer = "error: ";
 inline constexpr std::string_view kMistakeAnswer = "mistake: ";
 
-/// What an answer says is wrong, without the word before it; none: the command was carried out.
+/// The reason in an answer that refuses, without the word before it; none: the command was carried
+/// out.
 inline std::optional<std::string> refusal_in(std::string_view answer) {
   for (const std::string_view prefix : {kFailedAnswer, kMistakeAnswer}) {
     if (answer.starts_with(prefix)) return std::string(answer.substr(prefix.size()));

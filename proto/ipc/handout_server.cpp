@@ -273,7 +273,7 @@ void HandoutServer::send_to_all(const Segment& segment) {
 
 namespace {
 
-/// Whether the other end has read all that it was sent.
+/// True if the other end has read all that it was sent.
 bool has_read_all(int socket) {
   int unread = 0;  // [bytes]
   return ioctl(socket, SIOCOUTQ, &unread) == 0 && unread == 0;

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/ipc/process.h"
-#include "proto/math/assert.h"
-#include "proto/os/message.h"
-#include "proto/os/priorities.h"
 
 #include <poll.h>
 #include <sys/mman.h>
@@ -11,7 +8,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <charconv>
+#include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -20,8 +18,12 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
-#include "proto/os/environment.h"
+#include "proto/math/assert.h"
+#include "proto/os/message.h"
+#include "proto/os/priorities.h"
+#include "proto/os/text.h"
 #include "proto/os/version.h"
 
 namespace haptic {
@@ -32,12 +34,6 @@ std::atomic<bool> stop_flag{false};
 
 void on_stop_signal(int) {
   stop_flag.store(true, std::memory_order_relaxed);
-}
-
-template <typename Number>
-bool parse_number(std::string_view text, Number& out) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
-  return error == std::errc() && end == text.data() + text.size();
 }
 
 int fail(const char* program, const std::string& what, int code) {
@@ -70,21 +66,25 @@ int run_parsed(const char* program, int (*run)(const ChildArguments&),
 }  // namespace
 
 ChildArguments parse_child_arguments(int argc, char** argv) {
+  constexpr std::array<std::pair<std::string_view, int ChildArguments::*>, 4> kDescriptors{
+      {{"--config-fd", &ChildArguments::config_fd},
+       {"--control-fd", &ChildArguments::control_fd},
+       {"--device-fd", &ChildArguments::device_fd},
+       {"--spare-fd", &ChildArguments::spare_fd}}};
   ChildArguments arguments;
   bool ok = argc == 7 || argc == 9;  // at most one of the last two
   for (int i = 1; ok && i + 1 < argc; i += 2) {
     const std::string_view key = argv[i];
-    if (key == "--config-fd") {
-      ok = parse_number(argv[i + 1], arguments.config_fd);
-    } else if (key == "--control-fd") {
-      ok = parse_number(argv[i + 1], arguments.control_fd);
-    } else if (key == "--device-fd") {
-      ok = parse_number(argv[i + 1], arguments.device_fd);
-    } else if (key == "--spare-fd") {
-      ok = parse_number(argv[i + 1], arguments.spare_fd);
-    } else {
-      ok = key == "--generation" && parse_number(argv[i + 1], arguments.generation);
+    if (key == "--generation") {
+      const auto generation = number_from<uint64_t>(argv[i + 1]);
+      ok = generation.has_value();
+      arguments.generation = generation.value_or(0);
+      continue;
     }
+    const auto row = std::ranges::find(kDescriptors, key, [](const auto& d) { return d.first; });
+    const auto fd = number_from<int>(argv[i + 1]);
+    ok = row != kDescriptors.end() && fd;
+    if (ok) arguments.*row->second = *fd;
   }
   if (!ok || arguments.config_fd < 0 || arguments.control_fd < 0 || arguments.generation == 0) {
     throw std::invalid_argument(

@@ -88,7 +88,7 @@ void request_stop() noexcept;
 /// (its pid may have been reused).
 void die_with_parent(int control_fd);
 
-/// What a spare sends over its socket once it waits, and what ends its wait.
+/// The byte that a spare sends over its socket once it waits, and the one that ends its wait.
 inline constexpr char kSpareReady = 'r', kSpareTurn = 't';
 
 /// A spare sleeps until its predecessor is dead and calls `look` once a second; any other process
@@ -164,7 +164,7 @@ class Child {
     offer_segment(arguments_.control_fd, id, arguments_.generation, name, fd);
   }
 
-  /// Whether SIGTERM, SIGINT or the end of hapticd asks the loop to end.
+  /// True if SIGTERM, SIGINT or the end of hapticd asks the loop to end.
   bool stopping() const noexcept { return stop_requested(); }
 
   /// Once per cycle: heartbeat for the watchdog.

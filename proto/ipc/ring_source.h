@@ -45,7 +45,7 @@ class Source {
     return at_->mapping != nullptr ? &at_->mapping->template channels<Channels>() : nullptr;
   }
 
-  /// Whether the writer was replaced, so that the present rings are final.
+  /// True if the writer was replaced, so that the present rings are final.
   bool has_newer() const noexcept { return at_->next.load(std::memory_order_acquire) != nullptr; }
 
   /// Moves to the next generation; the one before may then be unmapped. False: there is none.

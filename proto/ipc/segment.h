@@ -138,7 +138,7 @@ constexpr uint64_t layout_hash(std::type_identity<std::tuple<Rings...>>) {
 }
 }  // namespace detail
 
-/// What a reader requires of a segment before it uses a ring.
+/// The properties that a reader requires of a segment before it uses a ring.
 struct SegmentSpec {
   SegmentId id;
   const char* name;

@@ -41,7 +41,7 @@ bool is_trusted_folder(const std::string& folder) {
          (status.st_uid == geteuid() || status.st_uid == 0);
 }
 
-/// Whether a server listens there, even with a full queue.
+/// True if a server listens there, even with a full queue.
 bool is_answered(const std::string& path) {
   const FileDescriptor fd = unix_socket();
   return connect_to(fd, path) || errno == EAGAIN;
@@ -61,12 +61,6 @@ std::vector<std::string> sessions_in(const std::string& folder) {
   }
   closedir(dir);
   return names;
-}
-
-std::string join(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
 }
 
 }  // namespace
@@ -112,15 +106,16 @@ std::string only_session(const std::string& not_found) {
   const std::vector<std::string> running = running_sessions();
   if (not_found.empty() && running.size() == 1) return running.front();
   if (not_found.empty() && !running.empty()) {
-    throw HandoutError("several sessions are running (" + join(running) +
+    throw HandoutError("several sessions are running (" + joined(running) +
                        "); choose one, as --session " + running.front());
   }
   const std::string named = not_found.empty() ? "" : " '" + shown(not_found) + "'";
-  throw HandoutError(
-      "no session" + named + " is running (looked in " + join(session_folders()) + "; " +
-      (running.empty() ? "HAPTICD_RUNTIME_DIR names another folder" : "running: " + join(running)) +
-      "); start one: hapticd CONFIG.toml" +
-      (not_found.empty() ? "" : " --session " + shown(not_found)));
+  throw HandoutError("no session" + named + " is running (looked in " + joined(session_folders()) +
+                     "; " +
+                     (running.empty() ? "HAPTICD_RUNTIME_DIR names another folder"
+                                      : "running: " + joined(running)) +
+                     "); start one: hapticd CONFIG.toml" +
+                     (not_found.empty() ? "" : " --session " + shown(not_found)));
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ class UnixListener {
 
   int fd() const { return socket_.get(); }
   const std::string& path() const { return path_; }
-  /// Whether connections to the path reach this socket: the file may have been removed or replaced.
+  /// True if connections to the path reach this socket: the file may have been removed or replaced.
   bool is_in_place() const { return file_ && identity_of(path_) == file_; }
   /// Listens there again, with a new descriptor. Throws HandoutError.
   void listen_again();

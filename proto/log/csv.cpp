@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "proto/os/regular_file.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -183,15 +184,14 @@ bool CsvReader::next() {
 template <typename Number>
 Number CsvReader::parse(size_t column, const char* kind) const {
   const std::string_view cell = cells_.at(column);
-  Number value{};
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  bool good = error == std::errc() && end == cell.data() + cell.size() && !cell.empty();
-  if constexpr (std::is_floating_point_v<Number>) good = good && std::isfinite(value);
+  const std::optional<Number> value = number_from<Number>(cell);
+  bool good = value.has_value();
+  if constexpr (std::is_floating_point_v<Number>) good = good && std::isfinite(*value);
   if (!good) {
     fail("'" + shown(columns_[column]) + "' is '" + shown(cell) + "', not " + kind +
          "; mend or remove the line");
   }
-  return value;
+  return *value;
 }
 
 double CsvReader::number(size_t column) const {

@@ -44,33 +44,36 @@ class Parser {
     left_ -= n;
     return at;
   }
+  /// Numbers and texts, in this order.
   template <typename... T>
-  void take(T&... numbers) {
-    (std::memcpy(&numbers, bytes(sizeof numbers), sizeof numbers), ...);
+  void take(T&... fields) {
+    (take_one(fields), ...);
   }
   template <typename T>
-  T number() {
-    T value;
-    take(value);
-    return value;
-  }
-  std::string text() {
-    const uint32_t n = number<uint32_t>();
-    return std::string(bytes(n), n);
+  T take() {
+    T field{};
+    take_one(field);
+    return field;
   }
   McapMetadata metadata() {
     McapMetadata out;
-    const uint32_t size = number<uint32_t>();
+    const uint32_t size = take<uint32_t>();
     if (size > left_) throw std::out_of_range("record too short");
     for (const uint64_t end = left_ - size; left_ > end;) {
-      std::string key = text();
-      out[std::move(key)] = text();
+      std::string key = take<std::string>();
+      out[std::move(key)] = take<std::string>();
     }
     return out;
   }
   uint64_t left() const { return left_; }
 
  private:
+  void take_one(std::string& text) {
+    const uint32_t n = take<uint32_t>();
+    text.assign(bytes(n), n);
+  }
+  void take_one(auto& number) { std::memcpy(&number, bytes(sizeof number), sizeof number); }
+
   const char* data_;
   uint64_t left_;
 };
@@ -96,23 +99,20 @@ McapChunkIndex parse_chunk_index(const Buffer& content) {
   Parser in(content);
   McapChunkIndex index;
   in.take(index.first_ns, index.last_ns, index.offset, index.length);
-  for (uint32_t left = in.number<uint32_t>(); left >= 10; left -= 10) {
-    const uint16_t channel = in.number<uint16_t>();
-    index.index_offsets[channel] = in.number<uint64_t>();
+  for (uint32_t left = in.take<uint32_t>(); left >= 10; left -= 10) {
+    const uint16_t channel = in.take<uint16_t>();
+    index.index_offsets[channel] = in.take<uint64_t>();
   }
-  in.take(index.index_length);
-  in.text();
-  in.take(index.compressed, index.uncompressed);
+  std::string compression;
+  in.take(index.index_length, compression, index.compressed, index.uncompressed);
   return index;
 }
 
 /// The fields before the data in an attachment record.
 McapAttachment parse_attachment(Parser& in) {
   McapAttachment attachment;
-  in.take(attachment.log_time_ns, attachment.create_time_ns);
-  attachment.name = in.text();
-  attachment.media_type = in.text();
-  in.take(attachment.size);
+  in.take(attachment.log_time_ns, attachment.create_time_ns, attachment.name, attachment.media_type,
+          attachment.size);
   return attachment;
 }
 
@@ -120,10 +120,22 @@ McapAttachment parse_attachment_index(const Buffer& content) {
   Parser in(content);
   McapAttachment attachment;
   in.take(attachment.offset, attachment.length, attachment.log_time_ns, attachment.create_time_ns,
-          attachment.size);
-  attachment.name = in.text();
-  attachment.media_type = in.text();
+          attachment.size, attachment.name, attachment.media_type);
   return attachment;
+}
+
+/// The fields of a chunk record before its packed records.
+struct ChunkHead {
+  uint64_t first_ns = 0, last_ns = 0, size = 0;  // unpacked [bytes]
+  uint32_t crc = 0;                              // of all that is unpacked; 0: none
+  std::string compression;
+  uint64_t packed_size = 0;
+};
+
+ChunkHead parse_chunk_head(Parser& in) {
+  ChunkHead head;
+  in.take(head.first_ns, head.last_ns, head.size, head.crc, head.compression, head.packed_size);
+  return head;
 }
 
 /// Record types that keep() uses.
@@ -147,7 +159,7 @@ McapReader::McapReader(const std::string& path) : path_(path) {
     fail("is not an MCAP file; recordings are made by `hapt record`");
   }
   if (!read_summary()) {
-    forget();
+    known_ = {};
     scan(kMagic.size());
   }
 }
@@ -171,23 +183,20 @@ void McapReader::fail(const std::string& what) const {
 }
 
 const McapChannel* McapReader::find_channel(std::string_view topic) const {
-  for (const McapChannel& c : channels_) {
-    if (c.topic == topic) return &c;
-  }
-  return nullptr;
+  const auto channel = std::ranges::find(known_.channels, topic, &McapChannel::topic);
+  return channel == known_.channels.end() ? nullptr : &*channel;
 }
 
 const McapSchema& McapReader::schema_of(const McapChannel& channel) const {
-  for (const McapSchema& s : schemas_) {
-    if (s.id == channel.schema) return s;
-  }
+  const auto schema = std::ranges::find(known_.schemas, channel.schema, &McapSchema::id);
+  if (schema != known_.schemas.end()) return *schema;
   throw McapError(path_ + ": topic '" + shown(channel.topic) +
                   "' has no schema; the file is damaged");
 }
 
 std::string McapReader::metadata(const std::string& record, const std::string& key) const {
-  const auto texts = metadata_.find(record);
-  if (texts == metadata_.end()) return "";
+  const auto texts = known_.metadata.find(record);
+  if (texts == known_.metadata.end()) return "";
   const auto text = texts->second.find(key);
   return text == texts->second.end() ? "" : text->second;
 }
@@ -232,25 +241,29 @@ bool McapReader::read_record(uint64_t offset, Record& record) const {
 /// Adds a record to the lists; of several with one id the first counts.
 void McapReader::keep(const Record& record) {
   Parser in(record.content);
+  const auto is_room_for = [&](const auto& list, uint16_t id, const char* kind) {
+    const auto has_id = [&](const auto& one) { return one.id == id; };
+    if (std::ranges::any_of(list, has_id)) return false;
+    if (list.size() == kMostNamed) {
+      fail(std::string("has more than 1024 ") + kind + "; the file is damaged");
+    }
+    return true;
+  };
   if (record.op == kSchema) {
-    const uint16_t id = in.number<uint16_t>();
-    std::string name = in.text(), encoding = in.text();
-    for (const McapSchema& s : schemas_) {
-      if (s.id == id) return;
-    }
-    if (schemas_.size() == kMostNamed) fail("has more than 1024 schemas; the file is damaged");
-    schemas_.push_back({id, std::move(name), std::move(encoding), in.text()});
+    McapSchema schema;
+    in.take(schema.id, schema.name, schema.encoding);
+    if (!is_room_for(known_.schemas, schema.id, "schemas")) return;
+    in.take(schema.text);
+    known_.schemas.push_back(std::move(schema));
   } else if (record.op == kChannel) {
-    const uint16_t id = in.number<uint16_t>(), schema = in.number<uint16_t>();
-    std::string topic = in.text(), encoding = in.text();
-    for (const McapChannel& c : channels_) {
-      if (c.id == id) return;
-    }
-    if (channels_.size() == kMostNamed) fail("has more than 1024 channels; the file is damaged");
-    channels_.push_back({id, schema, std::move(topic), std::move(encoding), in.metadata()});
+    McapChannel channel;
+    in.take(channel.id, channel.schema, channel.topic, channel.encoding);
+    if (!is_room_for(known_.channels, channel.id, "channels")) return;
+    channel.metadata = in.metadata();
+    known_.channels.push_back(std::move(channel));
   } else if (record.op == kMetadata) {
-    std::string name = in.text();
-    metadata_[std::move(name)] = in.metadata();
+    std::string name = in.take<std::string>();
+    known_.metadata[std::move(name)] = in.metadata();
   } else if (record.op == kMessage) {
     fail("has messages outside of chunks; only recordings of `hapt record` can be read");
   }
@@ -266,7 +279,7 @@ bool McapReader::read_summary() {
   if (!find_record(footer_offset, record) || record.op != kFooter) return false;
   try {
     read_content(record, kFooterBytes);
-    const uint64_t summary = Parser(record.content).number<uint64_t>();
+    const uint64_t summary = Parser(record.content).take<uint64_t>();
     finished_ = summary != 0 && read_summary(summary, footer_offset);
   } catch (const std::out_of_range&) {
   }
@@ -298,9 +311,9 @@ bool McapReader::read_summary(uint64_t begin, uint64_t end) {
         return false;
       }
       chunks_end = index.offset + index.length;
-      chunks_.push_back(std::move(index));
+      known_.chunks.push_back(std::move(index));
     } else if (record.op == kMetadataIndex) {
-      const uint64_t offset = Parser(record.content).number<uint64_t>();
+      const uint64_t offset = Parser(record.content).take<uint64_t>();
       if (offset < metadata_end || !read_record(offset, metadata)) return false;
       metadata_end = offset + metadata.length;
       keep(metadata);
@@ -311,14 +324,6 @@ bool McapReader::read_summary(uint64_t begin, uint64_t end) {
     }
   }
   return true;
-}
-
-void McapReader::forget() {
-  schemas_.clear();
-  channels_.clear();
-  chunks_.clear();
-  metadata_.clear();
-  attachments_.clear();
 }
 
 /// Walks the records to the first incomplete or invalid one: a crash may leave zeros behind the
@@ -342,41 +347,32 @@ void McapReader::scan(uint64_t from) {
   }
 }
 
+/// A chunk is described without its message index, which may be the missing part, an attachment
+/// without reading its data.
 void McapReader::scan_record(Record& record) {
   if (record.op == kChunk) {
-    chunks_.push_back(find_chunk(record));
+    read_content(record, 2 * sizeof(uint64_t));
+    McapChunkIndex chunk;
+    chunk.offset = record.offset;
+    chunk.length = record.length;
+    Parser(record.content).take(chunk.first_ns, chunk.last_ns);
+    known_.chunks.push_back(std::move(chunk));
   } else if (record.op == kAttachment) {
-    keep(find_attachment(record));
+    read_content(record, kMostAttachmentHead);
+    Parser in(record.content);
+    McapAttachment attachment = parse_attachment(in);
+    attachment.offset = record.offset;
+    attachment.length = record.length;
+    keep(std::move(attachment));
   } else if (is_kept(record.op)) {
     read_content(record, record.length);
     keep(record);
   }
 }
 
-/// Describes a chunk without its message index, which may be the missing part.
-McapChunkIndex McapReader::find_chunk(Record& record) const {
-  read_content(record, 2 * sizeof(uint64_t));
-  Parser in(record.content);
-  McapChunkIndex chunk;
-  in.take(chunk.first_ns, chunk.last_ns);
-  chunk.offset = record.offset;
-  chunk.length = record.length;
-  return chunk;
-}
-
 void McapReader::keep(McapAttachment attachment) {
   // more are nothing that is looked for here
-  if (attachments_.size() < kMostNamed) attachments_.push_back(std::move(attachment));
-}
-
-/// Describes an attachment without reading its data.
-McapAttachment McapReader::find_attachment(Record& record) const {
-  read_content(record, kMostAttachmentHead);
-  Parser in(record.content);
-  McapAttachment attachment = parse_attachment(in);
-  attachment.offset = record.offset;
-  attachment.length = record.length;
-  return attachment;
+  if (known_.attachments.size() < kMostNamed) known_.attachments.push_back(std::move(attachment));
 }
 
 std::vector<std::byte> McapReader::read_attachment(const McapAttachment& attachment) const {
@@ -391,7 +387,7 @@ std::vector<std::byte> McapReader::read_attachment(const McapAttachment& attachm
     const uint64_t size = parse_attachment(in).size;
     const char* data = in.bytes(size);
     const size_t covered = record.content.size() - in.left();
-    const uint32_t crc = in.number<uint32_t>();
+    const uint32_t crc = in.take<uint32_t>();
     if (crc != 0 && crc != crc32(record.content.data(), covered)) {
       fail(where + " has a wrong CRC; the file is damaged");
     }
@@ -411,11 +407,7 @@ std::vector<char> McapReader::read_chunk(const McapChunkIndex& index) const {
   }
   read_content(record, record.length);
   Parser in(record.content);
-  in.bytes(2 * sizeof(uint64_t));
-  const uint64_t size = in.number<uint64_t>();
-  const uint32_t crc = in.number<uint32_t>();
-  const std::string compression = in.text();
-  const uint64_t packed_size = in.number<uint64_t>();
+  const auto [first_ns, last_ns, size, crc, compression, packed_size] = parse_chunk_head(in);
   const char* packed = in.bytes(packed_size);
   if (size > kMostUnpacked) {
     fail(where + " claims " + std::to_string(size >> 20) + " MiB, more than the " +
@@ -445,8 +437,8 @@ void pass_messages(const Buffer& records, const McapReader::Use& use) {
   constexpr size_t kMessageHeader = 2 + 4 + 8 + 8;
   Parser in(records);
   while (in.left() > 0) {
-    const uint8_t op = in.number<uint8_t>();
-    const uint64_t length = in.number<uint64_t>();
+    const uint8_t op = in.take<uint8_t>();
+    const uint64_t length = in.take<uint64_t>();
     if (op != kMessage || length < kMessageHeader) {
       in.bytes(length);
       continue;
@@ -496,18 +488,14 @@ void McapReader::for_each_cut(const Use& use) const {
   if (::pread(file_.get(), &op, 1, static_cast<off_t>(whole_)) != 1 || op != kChunk) return;
   try {
     Parser in(record.content);
-    in.bytes(2 * sizeof(uint64_t));
-    const uint64_t size = in.number<uint64_t>();
-    in.number<uint32_t>();  // the CRC is of the whole
-    const std::string compression = in.text();
-    in.number<uint64_t>();
+    const ChunkHead head = parse_chunk_head(in);  // its CRC is of the whole
     const size_t left = in.left();
     const char* packed = in.bytes(left);
-    if (size > kMostUnpacked) return;
+    if (head.size > kMostUnpacked) return;
     Buffer records;
-    if (compression == kZstd) {
-      records = unpack_cut(packed, left, size);
-    } else if (compression.empty()) {
+    if (head.compression == kZstd) {
+      records = unpack_cut(packed, left, head.size);
+    } else if (head.compression.empty()) {
       records.assign(packed, packed + left);
     }
     pass_messages(records, use);

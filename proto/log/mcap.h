@@ -68,7 +68,7 @@ struct McapAttachment {
   std::string name, media_type;
 };
 
-/// Whether a file starts as an MCAP file; false if it cannot be read.
+/// True if a file starts as an MCAP file; false if it cannot be read.
 bool is_mcap_file(const std::string& path);
 
 /// Reads a file by its index, or by scanning if it has no end (a killed writer), up to the last
@@ -79,15 +79,15 @@ class McapReader {
   /// Throws McapError if it is no MCAP file or uses unsupported features.
   explicit McapReader(const std::string& path);
 
-  const std::vector<McapSchema>& schemas() const { return schemas_; }
-  const std::vector<McapChannel>& channels() const { return channels_; }
-  const std::vector<McapChunkIndex>& chunks() const { return chunks_; }
+  const std::vector<McapSchema>& schemas() const { return known_.schemas; }
+  const std::vector<McapChannel>& channels() const { return known_.channels; }
+  const std::vector<McapChunkIndex>& chunks() const { return known_.chunks; }
   /// Metadata records by name.
-  const std::map<std::string, McapMetadata>& metadata() const { return metadata_; }
+  const std::map<std::string, McapMetadata>& metadata() const { return known_.metadata; }
   /// A text of one of them; empty if it is not there.
   std::string metadata(const std::string& record, const std::string& key) const;
   /// Attachments in file order; one that replaces another of its name comes after it.
-  const std::vector<McapAttachment>& attachments() const { return attachments_; }
+  const std::vector<McapAttachment>& attachments() const { return known_.attachments; }
   /// The data of one. Throws McapError if it is damaged, or longer than what is read at once.
   std::vector<std::byte> read_attachment(const McapAttachment& attachment) const;
   /// False: the writer was killed; the contents of its open chunk are lost.
@@ -102,8 +102,8 @@ class McapReader {
   /// that are returned. Throws McapError on a chunk with a wrong CRC or contents.
   std::vector<char> for_each_in(const McapChunkIndex& chunk, const Use& use) const;
 
-  /// Of a file without an end: looks for chunks that have been written since, and whether the end
-  /// has. True if there is anything new.
+  /// Looks for chunks, and the end, that have been written since to a file that had no end. True if
+  /// there is anything new.
   bool refresh();
 
   /// Bytes behind the last whole record of a file without an end.
@@ -125,11 +125,8 @@ class McapReader {
   bool read_summary(uint64_t begin, uint64_t end);
   void scan(uint64_t from);
   void scan_record(Record& record);
-  void forget();
-  McapChunkIndex find_chunk(Record& record) const;
   void keep(const Record& record);
   void keep(McapAttachment attachment);
-  McapAttachment find_attachment(Record& record) const;
   std::vector<char> read_chunk(const McapChunkIndex& index) const;
   [[noreturn]] void fail(const std::string& what) const;
 
@@ -138,11 +135,13 @@ class McapReader {
   uint64_t size_ = 0;
   uint64_t whole_ = 0;  // end of the last whole record of a file without an end
   bool finished_ = false;
-  std::vector<McapSchema> schemas_;
-  std::vector<McapChannel> channels_;
-  std::vector<McapChunkIndex> chunks_;
-  std::map<std::string, McapMetadata> metadata_;
-  std::vector<McapAttachment> attachments_;
+  struct Known {
+    std::vector<McapSchema> schemas;
+    std::vector<McapChannel> channels;
+    std::vector<McapChunkIndex> chunks;
+    std::map<std::string, McapMetadata> metadata;
+    std::vector<McapAttachment> attachments;
+  } known_;
 };
 
 }  // namespace haptic

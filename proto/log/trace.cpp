@@ -24,10 +24,8 @@ const std::array<TopicInfo, 5> kTopics{
 };
 
 const TopicInfo* find_topic(std::string_view name) {
-  for (const TopicInfo& topic : kTopics) {
-    if (topic.name == name) return &topic;
-  }
-  return nullptr;
+  const auto topic = std::ranges::find(kTopics, name, &TopicInfo::name);
+  return topic == kTopics.end() ? nullptr : &*topic;
 }
 
 std::vector<TopicInfo> TraceReader::topics() const {

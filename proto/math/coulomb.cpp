@@ -78,7 +78,7 @@ class Broyden {
   bool asked_ = false;
 };
 
-/// Whether a relative error has reached `wanted`, or is small and no longer shrinks.
+/// True if a relative error has reached `wanted`, or is small and no longer shrinks.
 bool settled(double error, double before, double wanted) {
   return error <= wanted || (error <= kAccepted && error > before / 2);
 }

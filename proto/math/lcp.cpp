@@ -92,7 +92,7 @@ bool LcpSolver::pivot(int& iterations) {
   return is_solved();
 }
 
-/// Whether the result is a solution: rounding may have chosen the sets, or there may be none.
+/// True if the result is a solution: rounding may have chosen the sets, or there may be none.
 bool LcpSolver::is_solved() const {
   const double tolerated = kAcceptedResidual * largest_b_ + kSettled / kRounding * noise();
   for (size_t i = 0; i < n_; ++i) {

@@ -33,7 +33,7 @@ inline Quat normalized(const Quat& q) {
   return {q.x / length, q.y / length, q.z / length, q.w / length};
 }
 
-/// Whether a quaternion was normalised; as coarse as for a vector.
+/// True if a quaternion was normalised; as coarse as for a vector.
 inline bool is_unit(const Quat& q) {
   return std::fabs(dot(q, q) - 1) < 1e-2;
 }

@@ -65,7 +65,7 @@ inline bool is_finite(const Vec3& a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }
 
-/// Whether a vector was normalised. The tolerance is coarse: a device's orientation, and a vector
+/// True if a vector was normalised. The tolerance is coarse: a device's orientation, and a vector
 /// rotated by it, may be off by a thousandth.
 inline bool is_unit(const Vec3& a) {
   return std::fabs(norm_squared(a) - 1) < 1e-2;

@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// What `--help` prints about a command, before its layout.
+/// The content of what `--help` prints about a command, before its layout.
 struct HelpPage {
   struct Row {
     std::string name, text;

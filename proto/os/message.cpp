@@ -143,9 +143,7 @@ std::string_view nearest_word(std::string_view word, const std::vector<std::stri
 std::string suggestion(std::string_view word, const std::vector<std::string_view>& known) {
   const std::string_view nearest = nearest_word(word, known);
   if (!nearest.empty()) return "did you mean '" + std::string(nearest) + "'?";
-  std::string list;
-  for (const std::string_view k : known) list += (list.empty() ? "" : ", ") + std::string(k);
-  return "known here: " + list;
+  return "known here: " + joined(known);
 }
 
 }  // namespace haptic

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -32,7 +33,7 @@ std::string shown(std::string_view foreign);
 /// A whole message made safe for one line; applied last, at each program's output.
 std::string one_line(std::string_view message);
 
-/// What is wrong, where, and how to mend it; always one line.
+/// An error for people: what is wrong, where, and how to mend it; always one line.
 struct MessageError : std::runtime_error {
   explicit MessageError(std::string_view message) : std::runtime_error(one_line(message)) {}
 };
@@ -42,6 +43,17 @@ struct MessageError : std::runtime_error {
 struct InputError : MessageError {
   using MessageError::MessageError;
 };
+
+/// "a, b, c": the texts of some items, which are the items themselves where `text_of` is left out.
+template <typename Items, typename TextOf = std::identity>
+std::string joined(Items&& items, const TextOf& text_of = {}) {
+  std::string out;
+  for (const auto& item : items) {
+    out += out.empty() ? "" : ", ";
+    out += std::invoke(text_of, item);
+  }
+  return out;
+}
 
 /// The known word that a mistyped one most resembles: few letters differ, or it only goes on.
 /// Empty: none does.

@@ -14,7 +14,9 @@ inline constexpr int kSimPriority = 50;       // of bodies with mass, which the 
 // hapticd and the threads that map a new segment replace a dead process: at normal priority they
 // would wait tens of milliseconds for a busy processor, even to die
 inline constexpr int kHousekeepingPriority = 40;
-inline constexpr int kRecorderPriority = 10;  // has seconds, but shall lose nothing
+// above whoever watches: a ring holds four seconds, and sixty busy viewers may take longer from a
+// recorder of normal priority
+inline constexpr int kRecorderPriority = 10;
 inline constexpr int kTorturePriority = 5;    // sees every frame; under the recorder it breaks
 inline constexpr int kWitnessPriority = 1;    // is held up by all real-time work, and nothing else
 

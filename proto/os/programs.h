@@ -14,7 +14,7 @@ std::string own_folder();
 /// Folder of the programs: $HAPTICD_LIBEXEC, else the folder of this program.
 std::string program_folder();
 
-/// Whether a process with that pid exists and has not ended; a zombie has.
+/// True if a process with that pid exists and has not ended; a zombie has.
 bool is_running(pid_t pid);
 
 /// Start of a process in the kernel's ticks since boot; 0: no such process. Together with the pid

@@ -121,7 +121,7 @@ struct RealtimeReport {
 /// segments are locked singly and the report says EPERM. Call it once the attach thread runs.
 RealtimeReport enter_realtime(const RealtimeOptions& options);
 
-/// Whether mlockall(MCL_FUTURE) is safe: CAP_IPC_LOCK, or no RLIMIT_MEMLOCK.
+/// True if mlockall(MCL_FUTURE) is safe: CAP_IPC_LOCK, or no RLIMIT_MEMLOCK.
 bool may_lock_all_memory() noexcept;
 
 }  // namespace haptic

@@ -25,7 +25,7 @@ struct RegularFile {
 /// Opens a regular file; never waits.
 RegularFile open_regular_file(const std::string& path);
 
-/// What a path is, if it is no regular file: "is a pipe".
+/// The kind of what is at a path, if it is no regular file: "is a pipe".
 std::string kind_problem(mode_t mode);
 
 /// Why a path cannot be read as a file, as RegularFile::problem; empty: `in` reads it.

@@ -16,7 +16,7 @@ struct DeviceMap {
   int32_t grasp_button = -1;   // bit that holds the touched object while held; −1: none
 };
 
-/// Whether a button of the device is down; −1: there is no such button.
+/// True if a button of the device is down; −1: there is no such button.
 constexpr bool is_pressed(const DeviceState& device, int32_t button) {
   return button >= 0 && ((device.buttons >> button) & 1u) != 0;
 }

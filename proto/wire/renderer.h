@@ -17,8 +17,8 @@ enum class Renderer : uint32_t {
 #include "proto/wire/renderers.def"
 };
 
-/// What a renderer moves: a point, a sphere of the session's radius, or a tool with six degrees of
-/// freedom that may enter objects (soft) or never does (rigid).
+/// The body that a renderer moves: a point, a sphere of the session's radius, or a tool with six
+/// degrees of freedom that may enter objects (soft) or never does (rigid).
 enum class Moves : uint32_t { kPoint, kSphere, kSoftBody, kRigidBody };
 
 struct RendererRow {
@@ -44,17 +44,17 @@ constexpr const RendererRow& row_of(Renderer renderer) {
   return kRenderers[static_cast<size_t>(renderer)];
 }
 
-/// Whether a number on the wire names a renderer.
+/// True if a number on the wire names a renderer.
 constexpr bool is_renderer(uint32_t number) {
   return number < kRenderers.size();
 }
 
-/// Whether its tool has six degrees of freedom and never enters an object.
+/// True if its tool has six degrees of freedom and never enters an object.
 constexpr bool is_rigid(Renderer renderer) {
   return row_of(renderer).moves == Moves::kRigidBody;
 }
 
-/// Whether it moves a 6-DoF tool instead of a point.
+/// True if it moves a 6-DoF tool instead of a point.
 constexpr bool is_of_body(Renderer renderer) {
   return row_of(renderer).moves >= Moves::kSoftBody;
 }

@@ -15,12 +15,12 @@ namespace haptic {
 
 inline constexpr double kMaxExtrapolation = 0.020;  // longest extrapolation of a scene pose [s]
 
-/// Whether a body has gone so far from its place at the start that sim moves it no more.
+/// True if a body has gone so far from its place at the start that sim moves it no more.
 inline bool is_out_of_reach(const Pose& X_WO, const Pose& X_start, double reach) {
   return norm(X_WO.p - X_start.p) > reach;
 }
 
-/// What one hand has pushed the objects with: the counters of its ServoFrame.
+/// The pushes of one hand on the objects: the counters of its ServoFrame.
 struct HandPush {
   uint32_t hand;
   int64_t t_ns;      // of the counters: the impulse stays as it is from here on
@@ -46,7 +46,7 @@ inline bool is_mobile(const SceneFrame& scene, uint32_t object) {
   return false;
 }
 
-/// Whether a push at t_ns still moves what is mobile: sim has used counters of this servo, and its
+/// True if a push at t_ns still moves what is mobile: sim has used counters of this servo, and its
 /// frame can still be extrapolated. What is pushed otherwise belongs into no counter.
 inline bool takes_pushes(const SceneFrame& scene, uint32_t hand, int64_t since_ns, int64_t t_ns) {
   HAPTIC_ASSERT(hand < kMostHands);
@@ -66,7 +66,7 @@ inline Twist moved_by(const std::array<double, 36>& mobility, const Wrench& J_W)
   return {{d[0], d[1], d[2]}, {d[3], d[4], d[5]}};
 }
 
-/// What a hand has pushed an object with that sim has not used yet.
+/// The part of a hand's push on an object that sim has not used yet.
 struct UnseenPush {
   Wrench impulse_W;       // J − J_seen
   Wrench impulse_time_W;  // S − S_seen − J_seen (t − t_seen)

@@ -4,7 +4,6 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -27,7 +26,6 @@ struct Options {
   std::string config_path;
   std::string session;
   haptic::ReplayChoice replay;
-  double speed = 1, from = 0, to = 0, stiffness = 0;
   std::string renderer;
   bool check_only = false;
   bool json = false;
@@ -89,14 +87,16 @@ int main(int argc, char** argv) try {
               "recorded hand instead of the configured device");
   line.option("--renderer", options.renderer, "instead of the file's: " + haptic::renderer_names());
   using haptic::Dimension;
-  line.number("--replay-speed", options.speed, haptic::kReplaySpeeds, "of the recorded hand");
-  line.quantity("--replay-from", options.from, Dimension::kTime, haptic::kNotNegative,
+  line.number("--replay-speed", options.replay.speed, haptic::kReplaySpeeds,
+              "of the recorded hand");
+  line.quantity("--replay-from", options.replay.from, Dimension::kTime, haptic::kNotNegative,
                 "start of the played part, from the first sample", "s");
-  line.quantity("--replay-to", options.to, Dimension::kTime, haptic::kPositive, "its end", "s");
+  line.quantity("--replay-to", options.replay.to, Dimension::kTime, haptic::kPositive, "its end",
+                "s");
   line.flag("--replay-loop", options.replay.loop, "again and again, with a soft return");
   line.flag("--closed-loop", options.replay.closed_loop,
             "the recording is the intention of the simulated hand");
-  line.quantity("--stiffness", options.stiffness, Dimension::kStiffness, haptic::kPositive,
+  line.quantity("--stiffness", options.replay.stiffness, Dimension::kStiffness, haptic::kPositive,
                 "of the coupling, instead of the file's", "N/m");
   line.flag("--check-config", options.check_only, "check the file and its meshes, start nothing");
   line.flag("--force", options.force,
@@ -105,13 +105,6 @@ int main(int argc, char** argv) try {
   line.example("hapticd configs/bunny.toml");
   line.example("hapticd peg");
   if (const auto code = line.read(argc, argv)) return *code;
-  const auto take = [&](const char* name, double value, std::optional<double>& out) {
-    if (line.was_given(name)) out = value;
-  };
-  take("--replay-speed", options.speed, options.replay.speed);
-  take("--replay-from", options.from, options.replay.from);
-  take("--replay-to", options.to, options.replay.to);
-  take("--stiffness", options.stiffness, options.replay.stiffness);
   return run(options);
 } catch (const std::exception& error) {
   return haptic::report_failure("hapticd", error);

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <string_view>
 
+#include "proto/os/message.h"
 #include "proto/wire/behind.h"
 
 namespace haptic {
@@ -76,10 +77,7 @@ std::vector<std::string> words_of_flags(uint32_t servo_flags) {
 }
 
 std::string state_text(uint32_t servo_flags) {
-  std::string text;
-  for (const std::string& word : words_of_flags(servo_flags)) {
-    text += (text.empty() ? "" : ", ") + word;
-  }
+  const std::string text = joined(words_of_flags(servo_flags));
   return text.empty() ? "ok" : text;
 }
 

@@ -57,7 +57,7 @@ std::string any_of(const std::vector<std::string>& texts, FuzzRandom& random) {
   return random.below(16) == 0 ? text : kDamage.apply(text, random, 8192);
 }
 
-/// The same message in another form of JSON, where it is one.
+/// A message in another form of JSON, where it is one.
 std::string written_otherwise(const std::string& text) {
   return " " + text + " ";
 }

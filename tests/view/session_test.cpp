@@ -52,7 +52,7 @@ void check_same(const LayoutReader& layout, const std::vector<double>& frame,
   CHECK(layout.one(frame, "n_pushing") == ring.n_contacts);
 }
 
-/// Whether some set of the ring has the contacts that a frame lists; the block stands still.
+/// True if some set of the ring has the contacts that a frame lists; the block stands still.
 bool is_listed(const LayoutReader& layout, const std::vector<double>& frame,
                const std::vector<ContactSet>& sets) {
   const size_t n = layout.count(frame, "n_listed");

@@ -144,7 +144,7 @@ class SocketClient {
     }
   }
 
-  /// Whether the other end hangs up within that time.
+  /// True if the other end hangs up within that time.
   bool is_hung_up(double patience) {
     while (receive(patience)) received_.clear();
     return ended_;

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -24,6 +25,7 @@
 #include "proto/os/priorities.h"
 #include "proto/os/serial_port.h"
 #include "proto/os/session_file.h"
+#include "proto/os/text.h"
 #include "servo/model.h"
 
 namespace haptic {
@@ -101,15 +103,14 @@ class LiveLine {
   int64_t shown_ns_ = 0;
 };
 
-/// Prints what a step came to; true if nothing failed.
+constexpr std::array kVerdictWords{"passed", "unclear", "FAILED"};  // by Verdict
+
+/// Prints the rows of a step; true if nothing failed.
 bool report(const std::vector<TrialRow>& rows, std::vector<TrialRow>& all) {
   bool good = true;
   for (const TrialRow& row : rows) {
-    const char* word = row.verdict == Verdict::kPassed    ? "passed"
-                       : row.verdict == Verdict::kUnclear ? "unclear"
-                                                          : "FAILED";
-    std::cout << "  " << word << std::string(9 - std::string_view(word).size(), ' ') << row.what
-              << ": " << row.measured << '\n';
+    const char* word = kVerdictWords[static_cast<size_t>(row.verdict)];
+    std::cout << "  " << padded(word, 9) << row.what << ": " << row.measured << '\n';
     good &= row.verdict != Verdict::kFailed;
     all.push_back(row);
   }

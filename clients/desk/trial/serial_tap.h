@@ -26,7 +26,7 @@ class SerialTap {
 
   /// Ends the passing on; what was said. Call it after the driver has ended.
   const std::vector<DeviceBytes>& finish();
-  /// Whether the record is full and its end is missing.
+  /// True if the record is full and its end is missing.
   bool is_cut() const { return cut_; }
 
  private:

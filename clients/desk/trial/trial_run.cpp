@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/desk/trial/trial_run.h"
 
+#include <array>
+
 #include "proto/config/command_line.h"
 #include "proto/ipc/process.h"
 
@@ -10,25 +12,15 @@ namespace {
 constexpr double kGentle = 0.05;       // share of the force that has not been felt before
 constexpr int kExitInterrupted = 130;  // 128 + SIGINT
 
-const char* words_of(TrialEnd end) {
-  switch (end) {
-    case TrialEnd::kLost:
-      return "the device stopped answering, or is no longer homed";
-    case TrialEnd::kFault:
-      return "a fault: the pose jumped, was noisy, old or no number";
-    case TrialEnd::kTooFast:
-      return "the handle went too fast; hold it";
-    case TrialEnd::kTooFar:
-      return "the handle went too far; hold it";
-    case TrialEnd::kNone:
-      break;
-  }
-  return "";
-}
+constexpr std::array kEndWords{"", "the device stopped answering, or is no longer homed",
+                               "a fault: the pose jumped, was noisy, old or no number",
+                               "the handle went too fast; hold it",
+                               "the handle went too far; hold it"};  // by TrialEnd
 
 std::vector<TrialRow> with_end(std::vector<TrialRow> rows, TrialEnd end) {
   if (end != TrialEnd::kNone) {
-    rows.push_back({"ended before its time", words_of(end), Verdict::kFailed});
+    rows.push_back(
+        {"ended before its time", kEndWords[static_cast<size_t>(end)], Verdict::kFailed});
   }
   return rows;
 }

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "proto/math/quat.h"
+#include "proto/os/text.h"
 #include "servo/tick.h"
 
 namespace haptic {
@@ -21,12 +21,6 @@ constexpr double kWindow = 0.3;        // of the mean [s]; three turns of a trem
 constexpr double kFullRise = 3, kFullHold = 1, kFullFall = 1;  // of the full force [s]
 constexpr double kReached = 0.95;  // of the largest force; the damper may take the rest
 constexpr std::array<const char*, 6> kAxes{"x", "y", "z", "turning x", "turning y", "turning z"};
-
-std::string text(const char* format, double a, double b = 0) {
-  char line[96];
-  std::snprintf(line, sizeof line, format, a, b);
-  return line;
-}
 
 /// From 0 up to 1, on for `hold`, and down.
 double trapezium(double t, double rise, double hold, double fall) {
@@ -76,8 +70,9 @@ std::vector<TrialRow> LookStep::rows() const {
   const bool homed = (flags_ & kDeviceHomed) != 0, lost = (flags_ & kDeviceLost) != 0;
   const bool doubtful = (any_flags_ & (kDeviceStale | kDeviceNoisy)) != 0;
   std::vector<TrialRow> rows;
-  rows.push_back({"it answers", text("%.0f samples a second", rate), verdict(fresh_ > 0 && !lost)});
-  rows.push_back({"without gaps", text("longest silence %.1f ms", 1e3 * longest_silence_),
+  rows.push_back(
+      {"it answers", formatted("%.0f samples a second", rate), verdict(fresh_ > 0 && !lost)});
+  rows.push_back({"without gaps", formatted("longest silence %.1f ms", 1e3 * longest_silence_),
                   verdict(fresh_ > 0 && longest_silence_ < kMostSilence)});
   rows.push_back({"answers match the requests", doubtful ? "stale or noisy" : "always",
                   verdict(!doubtful && backward_ == 0 && unsound_ == 0)});
@@ -85,12 +80,12 @@ std::vector<TrialRow> LookStep::rows() const {
       {"homed", homed ? "yes" : "no: home it as its manual says, begin again", verdict(homed)});
   // a hand that did not move leaves it open
   const bool moved = std::max({way.x, way.y, way.z}) > kLeastWay;
-  rows.push_back(
-      {"encoders follow the hand",
-       text("x %.0f mm, y %.0f mm, ", 1e3 * way.x, 1e3 * way.y) + text("z %.0f mm", 1e3 * way.z),
-       moved ? Verdict::kPassed : Verdict::kUnclear});
-  rows.push_back(
-      {"speed of a hand", text("at most %.2f m/s", fastest_), verdict(fastest_ < kMostHandSpeed)});
+  rows.push_back({"encoders follow the hand",
+                  formatted("x %.0f mm, y %.0f mm, ", 1e3 * way.x, 1e3 * way.y) +
+                      formatted("z %.0f mm", 1e3 * way.z),
+                  moved ? Verdict::kPassed : Verdict::kUnclear});
+  rows.push_back({"speed of a hand", formatted("at most %.2f m/s", fastest_),
+                  verdict(fastest_ < kMostHandSpeed)});
   return rows;
 }
 
@@ -153,8 +148,8 @@ std::vector<TrialRow> PushStep::rows() const {
     if (is_seen(2 * axis) && is_seen(2 * axis + 1)) {
       const double moved = response(axis);
       const double least = axis < 3 ? kLeastMotion : kLeastTurn;
-      row.measured = axis < 3 ? text("the handle went %+.2f mm with it", 1e3 * moved)
-                              : text("the handle turned %+.1f mrad with it", 1e3 * moved);
+      row.measured = axis < 3 ? formatted("the handle went %+.2f mm with it", 1e3 * moved)
+                              : formatted("the handle turned %+.1f mrad with it", 1e3 * moved);
       row.verdict = moved > least    ? Verdict::kPassed
                     : moved < -least ? Verdict::kFailed
                                      : Verdict::kUnclear;
@@ -182,7 +177,7 @@ void FullStep::note(const DeviceState& device, const Wrench& F_B, double t) {
 std::vector<TrialRow> FullStep::rows() const {
   const bool reached = peak_ >= kReached * limits_.max_force && t_ > kFullRise + kFullHold;
   return {{"holds the largest force",
-           text("%.2f N of %.2f N", peak_, limits_.max_force) +
+           formatted("%.2f N of %.2f N", peak_, limits_.max_force) +
                (saturated_ ? ", motors at their limit" : ""),
            reached ? Verdict::kPassed : Verdict::kFailed}};
 }

@@ -41,7 +41,7 @@ class PushStep {
   static constexpr double kRest = 0.5, kRise = 0.4, kHold = 0.7, kFall = 0.4;  // [s]
   static constexpr double kPushTime = kRest + kRise + kHold + kFall;
 
-  /// Of the force and torque that these limits allow.
+  /// Pushes with the force and torque that these limits allow.
   explicit PushStep(const SafetyLimits& limits);
 
   double time() const { return 2 * kPushTime * axes_; }

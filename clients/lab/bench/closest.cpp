@@ -10,6 +10,7 @@
 #include "clients/lab/bench/peers/closest.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/bench/workloads/workload.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/scan.h"
 #include "contact/bake/bake.h"
 #include "contact/query/point/closest_point.h"
@@ -86,15 +87,15 @@ void run_trial(const Trial& trial, int rounds, bool is_far, const Rows& all) {
   }
   size_t different = 0;
   for (size_t i = 0; i < n; ++i) different += answers[0][i] != answers[1][i];
-  rows.none(prefix + "changed by the witness", different);
+  rows.add(prefix + "changed by the witness", different, "", kMustBeZero);
   if (is_far) {
     // two equal contestants differ by about 1 % here
     const double ratio = median_ratio(contestants[0], contestants[1]);
-    rows.at_most(prefix + "with over without witness", ratio, "", 1.02);
+    rows.add(prefix + "with over without witness", ratio, "", at_most(1.02));
   } else if (embree) {
     const double ratio =
         percentile(contestants[0].times, 50) / percentile(contestants[ours].times, 50);
-    rows.at_most(prefix + "median over Embree's with previous radius", ratio, "", 0.4);
+    rows.add(prefix + "median over Embree's with previous radius", ratio, "", at_most(0.4));
   }
   if (!embree) rows.note(prefix + "Embree", "LEFT OUT: ./run bench closest installs it");
 }
@@ -108,8 +109,8 @@ void run_mesh(const WorkloadMesh& mesh, int rounds, const Rows& all) {
   const size_t bytes =
       patches.nodes.size() * sizeof(PatchNode) + patches.leaves.size() * sizeof(PatchLeaf);
   rows.add(mesh.name + ", bytes a triangle",
-           static_cast<double>(bytes) / static_cast<double>(data.triangles.size()), "B", 40,
-           bytes <= 40 * data.triangles.size());
+           static_cast<double>(bytes) / static_cast<double>(data.triangles.size()), "B",
+           given(40, bytes <= 40 * data.triangles.size()));
   const Trial dragged{mesh.name + " dragged", mesh, shape, dragged_points(shape, mesh.kind, 20000)};
   run_trial(dragged, rounds, false, all);
   const Trial far{mesh.name + " far", mesh, shape, far_points(shape, mesh.kind, 4000)};

@@ -8,9 +8,9 @@
 
 #include "clients/hapt/scratch_folder.h"
 #include "clients/hapt/session_process.h"
+#include "clients/lab/support/median.h"
 #include "clients/library/client.h"
 #include "clients/library/histogram.h"
-#include "clients/report/median.h"
 
 namespace haptic {
 

@@ -7,6 +7,7 @@
 #include "clients/lab/bench/workloads/convex_pairs.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/selftest/rt_guard.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "contact/bake/convex/hull_of_points.h"
 #include "contact/query/convex/closest_features.h"
@@ -133,14 +134,14 @@ void bench_depth(const Work& work, int rounds, const Rows& all) {
        {"walk p99, with what the machine disturbs", percentile(contestants[0].times, 99), "s"}});
   add_truth(rows, found, exact, times);
   if (!peers.empty() && peers[0].name.starts_with("Bullet")) {
-    rows.at_most("walk p50 over Bullet's", median / percentile(fastest(contestants[1], n), 50), "",
-                 goal_if(work.n == 100, 0.25));
+    rows.add("walk p50 over Bullet's", median / percentile(fastest(contestants[1], n), 50), "",
+             at_most(goal_if(work.n == 100, 0.25)));
   } else {
     rows.note("Bullet", kLeftOut);
   }
   add_peers(rows, contestants, answers, exact);
   add_times(rows, "polytope, always", fastest(contestants.back(), n));
-  rows.none("allocations", allocations(work));
+  rows.add("allocations", allocations(work), "", kMustBeZero);
 }
 
 void bench_distance(const Work& work, int rounds, const Rows& all) {

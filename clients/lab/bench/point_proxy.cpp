@@ -7,6 +7,7 @@
 #include "clients/lab/eval/mesh/renderer.h"
 #include "clients/lab/eval/scenes/workload.h"
 #include "clients/lab/selftest/rt_guard.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "clients/library/histogram.h"
@@ -158,8 +159,8 @@ Measured bench_point_proxy(Command& command) {
         return is_eval_work(name) ? "" : "give " + eval_work_names();
       });
   command
-      .quantities("--radius", options->radii, Dimension::kLength, {0, 0.05},
-                  "of the proxy, as often as wanted; a number alone: metres", "m")
+      .quantity("--radius", options->radii, Dimension::kLength, {0, 0.05},
+                "of the proxy, as often as wanted; a number alone: metres", "m")
       .show_default();
   add_counts(command,
              {{"--repetitions", &options->repetitions, "the fastest of each tick counts", 1, 100}});

@@ -9,6 +9,7 @@
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/selftest/rt_guard.h"
 #include "clients/lab/support/dice.h"
+#include "clients/lab/support/lab_rows.h"
 #include "proto/config/command_line.h"
 #include "proto/math/coulomb.h"
 #include "proto/math/lcp.h"
@@ -188,7 +189,7 @@ void bench_cgal(Rows& rows, const Work& work, const Options& options) {
     const Twist d = cold.a - exact, a_u = work.questions[i].a_u;
     different = std::max(different, std::sqrt(dot(work.M * d, d) / dot(work.M * a_u, a_u)));
   }
-  rows.at_most("farthest from CGAL's answer, of the motion", different, "", 1e-9);
+  rows.add("farthest from CGAL's answer, of the motion", different, "", at_most(1e-9));
 }
 
 void bench_contacts(size_t n, bool coherent, const Options& options, const Rows& all) {
@@ -219,11 +220,12 @@ void bench_contacts(size_t n, bool coherent, const Options& options, const Rows&
             {"Coulomb not converged", share(slow[1], slower[1])}});
   bench_dantzig(rows, work, n, options);
   bench_cgal(rows, work, options);
-  rows.none("allocations", allocations_of([&] {
-              for (size_t i = 0; i < fewer; ++i) {
-                for (const Solver& solver : solvers) solver.converges(work.questions[i]);
-              }
-            }));
+  rows.add("allocations", allocations_of([&] {
+             for (size_t i = 0; i < fewer; ++i) {
+               for (const Solver& solver : solvers) solver.converges(work.questions[i]);
+             }
+           }),
+           "", kMustBeZero);
 }
 
 void all_rows(const Options& options, const Rows& all) {

@@ -11,10 +11,11 @@
 #include "clients/lab/bench/workloads/proximity.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/eval/scenes/rigid_scenes.h"
+#include "clients/lab/eval/way_left.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/scan.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "clients/library/histogram.h"
-#include "clients/report/rigid_pose.h"
 #include "contact/detect/contact_model.h"
 #include "contact/query/proximity/near_front.h"
 #include "contact/shape/mesh/tool_body.h"
@@ -97,7 +98,7 @@ struct Tally {
 
 /// Checks a sample of poses exactly and the others by a separate front that is given the poses
 /// only: from scratch, a tight fit takes many times as long as a move.
-void judge_pose(const Pose& pose, bool is_exact, const RigidPoseJudge& judge, NearFront& front,
+void judge_pose(const Pose& pose, bool is_exact, const WayLeftJudge& judge, NearFront& front,
                 Tally& tally) {
   if (is_exact) {
     ++tally.exact;
@@ -107,7 +108,7 @@ void judge_pose(const Pose& pose, bool is_exact, const RigidPoseJudge& judge, Ne
   }
 }
 
-void judge_rest(const Subject& subject, const Pose& hand, RigidPoseJudge& judge, Tally& tally) {
+void judge_rest(const Subject& subject, const Pose& hand, WayLeftJudge& judge, Tally& tally) {
   const double margin = subject.options().margin;
   const WayLeft left = judge.way_left(subject.pose(), hand, margin, kBandMargins * margin);
   ++tally.rests;
@@ -119,7 +120,7 @@ void judge_rest(const Subject& subject, const Pose& hand, RigidPoseJudge& judge,
 
 Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& options) {
   Subject subject(scene);
-  RigidPoseJudge judge(
+  WayLeftJudge judge(
       scene.object, scene.tool,
       {subject.options().translational_stiffness, subject.options().rotational_stiffness});
   NearFront front(scene.object, scene.tool);

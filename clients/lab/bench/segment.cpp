@@ -11,6 +11,7 @@
 #include "clients/lab/bench/reference/segment_searches.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/bench/workloads/workload.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/scan.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/grid.h"
@@ -173,7 +174,7 @@ void bench_columns(Rows& rows, const MeshShape& shape, const Segments& segments,
   take_turns(columns, segments.size(), kChunk, options.rounds);
   double different = 0;
   for (const Answers& other : answers) different += count_different(truth, other);
-  rows.none("different between the five searches", different);
+  rows.add("different between the five searches", different, "", kMustBeZero);
   for (const Contestant& c : columns) rows.add(c.name + " p50", percentile(c.times, 50), "s");
   const auto compare = [&](const std::string& which, const std::function<bool(size_t)>& counts) {
     const std::vector<double> hybrid = fastest_of(columns[0], counts, segments.size());
@@ -270,7 +271,7 @@ void all_rows(const Options& options, const Rows& all) {
   }
   if (medians.contains("bump:16") && medians.contains("bump:128")) {
     const double growth = medians["bump:128"] / medians["bump:16"];
-    rows.at_most("p50, 328 k against 5 k triangles", growth, "", kGoalGrowth);
+    rows.add("p50, 328 k against 5 k triangles", growth, "", at_most(kGoalGrowth));
   }
   if (medians.contains("bump:16") && medians.contains("bump:158")) {
     double least = medians["bump:16"], most = least;
@@ -279,8 +280,8 @@ void all_rows(const Options& options, const Rows& all) {
       least = std::min(least, p50);
       most = std::max(most, p50);
     }
-    rows.at_most("p50, 5 k to 500 k triangles, to either side of the middle",
-                 (most - least) / (most + least), "", kGoalSpread);
+    rows.add("p50, 5 k to 500 k triangles, to either side of the middle",
+             (most - least) / (most + least), "", at_most(kGoalSpread));
   }
 }
 

@@ -13,6 +13,7 @@
 #include "clients/lab/bench/live_session.h"
 #include "clients/lab/bench/workloads/viewers.h"
 #include "clients/lab/support/forked_process.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "proto/config/command_line.h"
 #include "proto/ipc/sessions.h"
@@ -120,12 +121,14 @@ void add_case(const Case& one, const std::vector<Window>& windows, const std::ve
     rows.add("bridge_cpu", core, "cores");
     return;
   }
-  rows.at_most("servo_busy_p99_ratio", busy / median_of(none, &Window::busy_p99), "", kMostBusy);
+  rows.add("servo_busy_p99_ratio", busy / median_of(none, &Window::busy_p99), "",
+           at_most(kMostBusy));
   if (one.viewers > 1) {
     rows.add({{"bridge_cpu", core, "cores", at_most(kMostOfCore)},
               {"frames_of_a_viewer", median_of(windows, &Window::frames), "Hz"}});
   } else {
-    rows.at_most("bridge_cpu_more", core - median_of(none, &Window::bridge), "cores", kMostForOne);
+    rows.add("bridge_cpu_more", core - median_of(none, &Window::bridge), "cores",
+             at_most(kMostForOne));
   }
 }
 

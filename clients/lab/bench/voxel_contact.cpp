@@ -231,7 +231,7 @@ void add_deadline(Rows& rows, const std::string& prefix, Contest& contest, const
             {prefix + "deep, with the budget, CPU p99.9", worst, "s", at_most(kGoalStep)},
             {prefix + "deep, with the budget, CPU max", percentile(cut.times, 100), "s"}});
   const double over = std::max(percentile(cut.tested, 100) - budget, 0.0);
-  rows.at_most(prefix + "deep, points over the budget", over, "", 0);
+  rows.add(prefix + "deep, points over the budget", over, "", at_most(0));
 }
 
 void run_pair(const Pair& pair, const BenchVoxelContactOptions& options, const Rows& all) {

@@ -7,6 +7,7 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/options.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/lockstep.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
@@ -50,8 +51,8 @@ double share_off(double value, double exact) {
 void judge_edge(const ArtefactRun& run, bool is_penalty, Rows& rows) {
   const double turn = std::sqrt(2.0) * kEdgeStiffness * kEdgeDepth;
   if (is_penalty) {
-    rows.add("edge of a block: largest step of the force in a tick", run.largest_step(), "N", turn,
-             share_off(run.largest_step(), turn) <= kAgrees);
+    rows.add("edge of a block: largest step of the force in a tick", run.largest_step(), "N",
+             given(turn, share_off(run.largest_step(), turn) <= kAgrees));
   } else {
     const double beyond = run.largest_step(kEdgeStiffness);
     rows.add({{"edge of a block: largest step of the force in a tick", run.largest_step(), "N"},

@@ -8,6 +8,7 @@
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/report/session_plot.h"
@@ -106,7 +107,7 @@ void eval_session(const EvalOptions& options, const Rows& all) {
   rows.append(judged);
   rows.add("one tick, all three steps", first.step_time);
   const bool same = first.hash == second.hash;
-  rows.add("repeats that differ, of 1", same ? 0 : 1, "", 0, same);
+  rows.add("repeats that differ, of 1", same ? 0 : 1, "", given(0, same));
   rows.note("hash of all frames", in_hex(first.hash));
   if (!options.plot.empty()) plot_session(options.plot, name + ", lockstep", first.data);
 }

@@ -51,7 +51,7 @@ void eval_drag(const Rows& all) {
        {std::pair{SoftSolver::kDirect, "direct"}, {SoftSolver::kQuasiStatic, "quasi-static"}}) {
     model.solver = solver;
     const double drag = free_space_drag(model, tick, {});
-    rows.none(std::string(name) + ", drag", drag, "N");
+    rows.add(std::string(name) + ", drag", drag, "N", kMustBeZero);
   }
   model.solver = SoftSolver::kPenaltyDynamics;
   const FreeMotion straight{.turning = 0};

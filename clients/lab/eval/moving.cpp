@@ -9,6 +9,7 @@
 
 #include "clients/lab/eval/oracle/exact_cgal.h"
 #include "clients/lab/eval/rigid.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"
@@ -51,7 +52,7 @@ constexpr std::array kMovingCounts{
 
 void add_moving(const MovingFound& found, Rows& rows) {
   for (const MovingCount& row : kMovingCounts) {
-    row.has_goal ? rows.none(row.name, found.*row.count) : rows.add(row.name, found.*row.count);
+    rows.add(row.name, found.*row.count, "", row.has_goal ? kMustBeZero : Goal{});
   }
   rows.add({{"behind its objects, max", found.most_behind, "m"},
             {"force, max", found.largest_force, "N"}});

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clients/report/spectrum.h"
+#include "clients/lab/support/spectrum.h"
 #include "proto/wire/guide.h"
 
 namespace haptic {
@@ -23,7 +23,7 @@ constexpr double kRough = 100;     // above it a force is felt as roughness [Hz]
 constexpr double kRougher = 1.1;   // than the exact force, at most
 
 /// Wrench of the coupling's springs for a motion from the hand to the proxy, at the tool's origin.
-Wrench spring_of(const RigidPoseJudge::Springs& springs, const Twist& motion) {
+Wrench spring_of(const WayLeftJudge::Springs& springs, const Twist& motion) {
   return {springs.translational * motion.v, springs.rotational * motion.w};
 }
 

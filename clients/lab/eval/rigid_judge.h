@@ -5,18 +5,18 @@
 #include <cstdint>
 #include <vector>
 
+#include "clients/lab/eval/way_left.h"
 #include "clients/report/report.h"
-#include "clients/report/rigid_pose.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
 
 /// Parameters of the check.
 struct RigidJudgeOptions {
-  RigidPoseJudge::Springs springs;  // of the coupling
-  double margin = 0;                // distance the tool keeps from surfaces [m]
-  double dt = 1e-3;                 // [s]
-  bool is_massless = true;          // nor damped: springs and contacts alone make the force
+  WayLeftJudge::Springs springs;  // of the coupling
+  double margin = 0;              // distance the tool keeps from surfaces [m]
+  double dt = 1e-3;               // [s]
+  bool is_massless = true;        // nor damped: springs and contacts alone make the force
   bool has_friction = false;
 };
 
@@ -69,7 +69,7 @@ class RigidJudge {
   void judge_force(const ServoFrame& frame, const ContactSet& set, const Wrench& spring_W);
 
   RigidJudgeOptions options_;
-  RigidPoseJudge poses_;
+  WayLeftJudge poses_;
   MotionMetric metric_;
   Found found_;
   std::vector<Vec3> felt_W_, reference_W_;  // force of each tick

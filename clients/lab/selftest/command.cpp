@@ -9,6 +9,7 @@
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
 #include "clients/lab/selftest/guarded_loop.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/report/report.h"
 #include "contact/bake/session.h"
@@ -46,7 +47,8 @@ void add_rows(const SessionConfig& config, const GuardedLoopResult& result, cons
             {"of them without the device", result.lost_ticks, "", kMustBeZero}});
   for (size_t kind = 0; kind < kViolations; ++kind) {
     const uint64_t count = result.report.caught[kind].count;
-    rows.none(std::string("violations: ") + name_of(static_cast<Violation>(kind)), count);
+    rows.add(std::string("violations: ") + name_of(static_cast<Violation>(kind)), count, "",
+             kMustBeZero);
   }
   // caused by other programs on this core
   rows.add(

@@ -10,7 +10,7 @@
 #include "clients/lab/stability/axis_options.h"
 #include "clients/lab/stability/bode.h"
 #include "clients/lab/support/measurement.h"
-#include "clients/report/formatted.h"
+#include "proto/os/text.h"
 #include "clients/report/plot_svg.h"
 
 namespace haptic {

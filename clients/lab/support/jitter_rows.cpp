@@ -5,7 +5,7 @@
 #include <array>
 #include <optional>
 
-#include "clients/report/median.h"
+#include "clients/lab/support/median.h"
 
 namespace haptic {
 namespace {
@@ -48,7 +48,7 @@ void add_percentile(Rows& rows, const std::vector<JitterRound>& rounds, double p
   rows.add_beside(name + ", median of the pairs", median_of(rounds, own), "s", kPeer, peer_median);
   if (!has_peer) return;
   const double ratio = median_of(rounds, [&](const JitterRound& r) { return own(r) / peer(r); });
-  rows.at_most(name + " / cyclictest's, median of the pairs", ratio, "", goal);
+  rows.add(name + " / cyclictest's, median of the pairs", ratio, "", at_most(goal));
 }
 
 void add_witness_rows(Rows& rows, const std::vector<JitterRound>& rounds) {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "clients/hapt/options.h"
-#include "clients/report/formatted.h"
+#include "proto/os/text.h"
 #include "proto/config/devices.h"
 #include "proto/os/session_file.h"
 

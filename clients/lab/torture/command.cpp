@@ -18,7 +18,7 @@
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
 #include "clients/hapt/scratch_folder.h"
-#include "clients/lab/support/columns.h"
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/torture/account.h"
 #include "clients/lab/torture/faults.h"
 #include "clients/report/report.h"
@@ -27,6 +27,7 @@
 #include "proto/os/message.h"
 #include "proto/os/priorities.h"
 #include "proto/os/realtime.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -226,7 +227,7 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
               {"lost by recorders, all rings", s.told, "", kMustBeZero},
               {"missed by this program", result.unseen, "", kMustBeZero}});
   for (const std::string& why : s.unreadable) {
-    totals.add("a recording cannot be read: " + why, 1, "", 0, false);
+    totals.add("a recording cannot be read: " + why, 1, "", given(0, false));
   }
   return all.rows();
 }

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "clients/report/formatted.h"
+#include "proto/os/text.h"
 #include "proto/math/units.h"
 #include "proto/os/realtime.h"
 

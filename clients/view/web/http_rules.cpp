@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 
 #include "proto/ipc/control_socket.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -89,11 +89,8 @@ std::optional<double> number_in(std::string_view query, std::string_view name) {
     const std::string_view pair = query.substr(0, query.find('&'));
     query.remove_prefix(std::min(pair.size() + 1, query.size()));
     if (pair.substr(0, pair.find('=')) != name || pair.size() <= name.size()) continue;
-    const std::string_view text = pair.substr(name.size() + 1);
-    double number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    const bool is_number = error == std::errc() && end == text.data() + text.size();
-    return is_number && std::isfinite(number) ? std::optional(number) : std::nullopt;
+    const auto number = number_from<double>(pair.substr(name.size() + 1));
+    return number && std::isfinite(*number) ? number : std::nullopt;
   }
   return std::nullopt;
 }

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-/// Who may ask for what: the rules of docs/view-protocol.md as functions of texts.
+/// The rules of docs/view-protocol.md on who may ask for what, as functions of texts.
 namespace haptic {
 
 struct WebRules {
@@ -16,11 +16,11 @@ struct WebRules {
   std::vector<std::string> origins;  // of --allow-origin: "https://…"
 };
 
-/// Whether a request may name this Host: one of this machine with the bridge's port, or an allowed
+/// True if a request may name this Host: one of this machine with the bridge's port, or an allowed
 /// one. A page that lets its own name lead to 127.0.0.1 cannot send it.
 bool is_host_allowed(const WebRules& rules, std::string_view host);
 
-/// Whether the Origin is the bridge itself, under the name in Host, which must be allowed.
+/// True if the Origin is the bridge itself, under the name in Host, which must be allowed.
 bool is_own_origin(std::string_view origin, std::string_view host);
 bool is_origin_allowed(const WebRules& rules, std::string_view origin);
 

@@ -8,8 +8,9 @@
 
 namespace haptic {
 
-/// Whom a connection is counted for: the user, where the other end is a process of this machine;
-/// else its address. Of IPv6 that is the network, the first 64 bits: one machine may use them all.
+/// The person that a connection is counted for: the user, where the other end is a process of this
+/// machine; else its address. Of IPv6 that is the network, the first 64 bits: one machine may use
+/// them all.
 std::string person_behind(int socket);
 
 /// Places for connections, so many in all and fewer for one person, so that nobody holds all.

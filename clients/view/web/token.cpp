@@ -11,6 +11,7 @@
 
 #include "proto/os/file_descriptor.h"
 #include "proto/os/message.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 
@@ -21,10 +22,7 @@ std::string make_token() {
                        std::string(std::strerror(errno)) + ")");
   }
   std::string token;
-  for (const unsigned char byte : bits) {
-    token += "0123456789abcdef"[byte >> 4];
-    token += "0123456789abcdef"[byte & 15];
-  }
+  for (const unsigned char byte : bits) token += formatted("%02x", unsigned{byte});
   return token;
 }
 

@@ -59,7 +59,7 @@ struct UpgradeAnswer {
 /// Number of a WebSocket, never reused.
 using SocketId = uint64_t;
 
-/// What is told of the peers; all on the thread of run().
+/// The functions that are told of the peers; all run on the thread of run().
 struct WebHandlers {
   std::function<WebAnswer(const WebRequest&)> answer;
   std::function<UpgradeAnswer(const WebRequest&)> upgrade;

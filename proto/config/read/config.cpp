@@ -32,101 +32,94 @@ constexpr Words<Wake, 2> kWakes{{{"sleep", Wake::kSleep}, {"hybrid", Wake::kHybr
 constexpr auto kMotionWords = words_of(kMotions);
 // [Hz], the servo's grid: slower is no haptics, faster than any device
 constexpr Range kServoRates{100, 10e3};
-constexpr Range kPollRates{10, 100e3};  // [Hz]
-constexpr Range kProxyRadii{0, 0.1};    // [m]; a larger one exceeds any scene
-constexpr int64_t kButtons = 32;        // bits of DeviceState::buttons
+constexpr Range kPollRates{10, 100e3};       // [Hz]
+constexpr Range kMeshMemory{1 << 20, 1e15};  // [bytes]
+constexpr Range kProxyRadii{0, 0.1};         // [m]; a larger one exceeds any scene
+constexpr int64_t kButtons = 32;             // bits of DeviceState::buttons
 
 void read_session(Section& root, SessionConfig& config) {
-  root.require("session", "[session] with name = \"bunny\"");
-  Section session = *root.section("session");
-  session.require("name", "name = \"bunny\"");
-  session.read_text("name", config.name);
-  const std::string problem = session_name_problem(view(config.name));
-  if (!problem.empty()) session.fail_at("name", problem);
-  session.read_choice("renderer", words(kRendererWords), config.renderer);
-  session.read_flag("realtime", config.realtime);
-  session.finish();
+  root.within(
+      "session",
+      [&](Section& session) {
+        session.read_all({{"name", config.name, "name = \"bunny\""}});
+        const std::string problem = session_name_problem(view(config.name));
+        if (!problem.empty()) session.fail_at("name", problem);
+        session.read_all(
+            {{"renderer", kRendererWords, config.renderer}, {"realtime", config.realtime}});
+      },
+      "[session] with name = \"bunny\"");
 }
 
 void read_rates(Section& root, SessionConfig& config) {
-  if (auto servo = root.section("servo")) {
-    servo->read_quantity("rate", kFrequency, kServoRates, config.servo_rate);
-    servo->read_choice("wake", words(kWakes), config.servo_wake);
-    servo->finish();
-  }
-  if (auto contact = root.section("contact")) {
-    contact->read_all({{"poll_rate", kFrequency, kPollRates, config.contact_poll_rate},
-                       {"proxy_radius", kLength, kProxyRadii, config.proxy_radius}});
+  root.within("servo", [&](Section& servo) {
+    servo.read_all({{"rate", kFrequency, kServoRates, config.servo_rate},
+                    {"wake", kWakes, config.servo_wake}});
+  });
+  root.within("contact", [&](Section& contact) {
     double bytes = static_cast<double>(config.mesh_memory_limit);
-    contact->read_quantity("mesh_memory_limit", kMemory, {1 << 20, 1e15}, bytes);
+    contact.read_all({{"poll_rate", kFrequency, kPollRates, config.contact_poll_rate},
+                      {"proxy_radius", kLength, kProxyRadii, config.proxy_radius},
+                      {"mesh_memory_limit", kMemory, kMeshMemory, bytes},
+                      {"spare", config.contact_spare}});
     config.mesh_memory_limit = static_cast<uint64_t>(bytes);
-    contact->read_flag("spare", config.contact_spare);
-    read_voxel(*contact, config.voxel);
-    read_pieces(*contact, config.pieces);
-    read_rigid(*contact, config.rigid);
-    contact->finish();
-  }
+    read_voxel(contact, config.voxel);
+    read_pieces(contact, config.pieces);
+    read_rigid(contact, config.rigid);
+  });
 }
 
 void read_map(Section& root, DeviceMap& map) {
-  auto section = root.section("map");
-  if (!section) return;
-  section->read_pose(map.X_WB);
-  section->read_number("motion_scale", kPositive, map.motion_scale);
-  section->read_number("force_scale", kPositive, map.force_scale);
-  if (auto tool = section->section("tool_on_grip")) {
-    tool->read_pose(map.X_HT);
-    tool->finish();
-  }
-  section->read_integer("clutch_button", 0, kButtons - 1, map.clutch_button);
-  section->read_integer("grasp_button", 0, kButtons - 1, map.grasp_button);
-  section->finish();
+  root.within("map", [&](Section& section) {
+    section.read_pose(map.X_WB);
+    section.read_all({{"motion_scale", kPositive, map.motion_scale},
+                      {"force_scale", kPositive, map.force_scale}});
+    section.within("tool_on_grip", [&](Section& tool) { tool.read_pose(map.X_HT); });
+    section.read_all({{"clutch_button", 0, kButtons - 1, map.clutch_button},
+                      {"grasp_button", 0, kButtons - 1, map.grasp_button}});
+  });
 }
 
 void read_coupling(Section& root, Coupling& coupling) {
-  auto section = root.section("coupling");
-  if (!section) return;
-  section->read_all(
-      {{"stiffness", kStiffness, kNotNegative, coupling.translational_stiffness},
-       {"damping", kDamping, kNotNegative, coupling.translational_damping},
-       {"rotational_stiffness", kRotationalStiffness, kNotNegative, coupling.rotational_stiffness},
-       {"rotational_damping", kRotationalDamping, kNotNegative, coupling.rotational_damping},
-       {"max_force", kForce, kPositive, coupling.max_force},
-       {"max_torque", kTorque, kPositive, coupling.max_torque}});
-  section->finish();
+  root.within("coupling", [&](Section& section) {
+    section.read_all(
+        {{"stiffness", kStiffness, kNotNegative, coupling.translational_stiffness},
+         {"damping", kDamping, kNotNegative, coupling.translational_damping},
+         {"rotational_stiffness", kRotationalStiffness, kNotNegative,
+          coupling.rotational_stiffness},
+         {"rotational_damping", kRotationalDamping, kNotNegative, coupling.rotational_damping},
+         {"max_force", kForce, kPositive, coupling.max_force},
+         {"max_torque", kTorque, kPositive, coupling.max_torque}});
+  });
 }
 
 void read_safety(Section& root, DeviceKind device, SafetyConfig& safety) {
   // real motors need an explicit `hapt arm`
   safety.armed_at_start = row_of(device).has_node() ? 0 : 1;
-  auto section = root.section("safety");
-  if (!section) return;
-  section->read_all(
-      {{"max_force", kForce, kPositive, safety.max_force},
-       {"max_torque", kTorque, kNotNegative, safety.max_torque},
-       {"soft_start", kTime, kNotNegative, safety.soft_start},
-       {"slew", kForceRate, kPositive, safety.slew},
-       {"torque_slew", kTorqueRate, kPositive, safety.torque_slew},
-       {"velocity_limit", kSpeed, kPositive, safety.velocity_limit},
-       {"angular_velocity_limit", kAngularSpeed, kPositive, safety.angular_velocity_limit}});
-  section->read_integer("dead_man_button", 0, kButtons - 1, safety.dead_man_button);
-  section->read_flag("armed_at_start", safety.armed_at_start);
-  section->finish();
+  root.within("safety", [&](Section& section) {
+    section.read_all(
+        {{"max_force", kForce, kPositive, safety.max_force},
+         {"max_torque", kTorque, kNotNegative, safety.max_torque},
+         {"soft_start", kTime, kNotNegative, safety.soft_start},
+         {"slew", kForceRate, kPositive, safety.slew},
+         {"torque_slew", kTorqueRate, kPositive, safety.torque_slew},
+         {"velocity_limit", kSpeed, kPositive, safety.velocity_limit},
+         {"angular_velocity_limit", kAngularSpeed, kPositive, safety.angular_velocity_limit},
+         {"dead_man_button", 0, kButtons - 1, safety.dead_man_button},
+         {"armed_at_start", safety.armed_at_start}});
+  });
 }
 
 void read_motion(Section& object, MotionConfig& motion) {
-  auto section = object.section("motion");
-  if (!section) return;
-  section->require("kind", "kind = \"oscillate\"");
-  section->read_choice("kind", words(kMotionWords), motion.kind);
-  const MotionKindRow& row = row_of(motion.kind);
-  if (row.is_still) return section->finish();
-  section->read_direction("axis", motion.axis_O);
-  section->read_all({{"amplitude", kLength, kNotNegative, motion.amplitude},
-                     {"frequency", kFrequency, kNotNegative, motion.frequency}});
-  section->require("frequency", "frequency = \"0.5 Hz\"");
-  if (row.has_amplitude) section->require("amplitude", "amplitude = \"5 mm\"");
-  section->finish();
+  object.within("motion", [&](Section& section) {
+    section.read_all({{"kind", kMotionWords, motion.kind, "kind = \"oscillate\""}});
+    const MotionKindRow& row = row_of(motion.kind);
+    if (row.is_still) return;
+    section.read_direction("axis", motion.axis_O);
+    section.read_all({{"amplitude", kLength, kNotNegative, motion.amplitude},
+                      {"frequency", kFrequency, kNotNegative, motion.frequency}});
+    section.require("frequency", "frequency = \"0.5 Hz\"");
+    if (row.has_amplitude) section.require("amplitude", "amplitude = \"5 mm\"");
+  });
 }
 
 void read_object(Section& section, SessionConfig& config, const fs::path& config_folder) {
@@ -135,8 +128,7 @@ void read_object(Section& section, SessionConfig& config, const fs::path& config
                                 " is the most a session can hold, join some meshes");
   }
   ObjectConfig& object = config.objects[config.n_objects];
-  section.require("name", "name = \"bunny\"");
-  section.read_text("name", object.name);
+  section.read_all({{"name", object.name, "name = \"bunny\""}});
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     if (config.objects[i].name == object.name) {
       section.fail_at("name", "is used twice ('" + shown(view(object.name)) +

@@ -37,16 +37,16 @@ void read_mass(Section& section, const Range& masses, const MassKeys& keys) {
 }
 
 void read_body(Section& object, const ObjectConfig& about, BodyConfig& body) {
-  auto section = object.section("body");
-  if (!section) return;
-  read_mass(*section, kBodyMasses, {body.density, body.mass, body.inertia});
-  section->read_number("restitution", kRestitutions, body.restitution);
-  if (!has_mass(body))
-    section->fail_missing("density", "density = \"1 g/cm³\", or mass = \"50 g\"");
-  if (!row_of(about.motion.kind).is_still) {
-    object.fail_at("motion", "moves an object that has a [object.body]; leave one of them out");
-  }
-  section->finish();
+  object.within("body", [&](Section& section) {
+    read_mass(section, kBodyMasses, {body.density, body.mass, body.inertia});
+    section.read_number("restitution", kRestitutions, body.restitution);
+    if (!has_mass(body)) {
+      section.fail_missing("density", "density = \"1 g/cm³\", or mass = \"50 g\"");
+    }
+    if (!row_of(about.motion.kind).is_still) {
+      object.fail_at("motion", "moves an object that has a [object.body]; leave one of them out");
+    }
+  });
 }
 
 void read_sim(Section& root, SessionConfig& config) {
@@ -54,12 +54,11 @@ void read_sim(Section& root, SessionConfig& config) {
   const bool any_mass = std::ranges::any_of(
       objects, [](const ObjectConfig& object) { return has_mass(object.body); });
   if (any_mass) config.sim_rate = kBodyRate;
-  auto section = root.section("sim");
-  if (!section) return;
-  section->read_quantity("rate", kFrequency, kSimRates, config.sim_rate);
-  section->read_quantities("gravity", kAcceleration, kGravities, config.gravity_W);
-  section->read_quantity("reach", kLength, kReaches, config.sim_reach);
-  section->finish();
+  root.within("sim", [&](Section& section) {
+    section.read_all({{"rate", kFrequency, kSimRates, config.sim_rate},
+                      {"gravity", kAcceleration, kGravities, config.gravity_W},
+                      {"reach", kLength, kReaches, config.sim_reach}});
+  });
 }
 
 }  // namespace haptic

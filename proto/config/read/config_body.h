@@ -12,7 +12,7 @@ void read_body(Section& object, const ObjectConfig& about, BodyConfig& body);
 /// Reads [sim], which depends on whether any object has mass. Throws ConfigError.
 void read_sim(Section& root, SessionConfig& config);
 
-/// What a body weighs, and about which axes.
+/// The mass and inertia of a body, where their keys go.
 struct MassKeys {
   double& density;
   double& mass;

@@ -50,8 +50,8 @@ void read_waypoints(Section& intent, IntentConfig& config) {
     place.require("position", "position = [\"0 mm\", \"50 mm\", \"0 mm\"]");
     place.read_pose(waypoint.X_BH);
     if (config.n_waypoints > 0) {
-      place.require("time", "time = \"2 s\", from the waypoint before");
-      place.read_quantity("time", kTime, kPositive, waypoint.time);
+      place.read_all(
+          {{"time", kTime, kPositive, waypoint.time, "time = \"2 s\", from the waypoint before"}});
     }
     place.read_quantity("rest", kTime, kNotNegative, waypoint.rest);
     place.finish();
@@ -60,135 +60,129 @@ void read_waypoints(Section& intent, IntentConfig& config) {
 }
 
 void read_intent(Section& hand, IntentConfig& intent) {
-  auto section = hand.section("intent");
-  if (!section) return;
-  section->read_lengths("centre", kAny, intent.centre_B);
-  section->read_all({{"hover_radius", kLength, kPositive, intent.hover_radius},
-                     {"press_radius", kLength, kNotNegative, intent.press_radius},
-                     {"stroke_angle", kAngle, kNotNegative, intent.stroke_angle}});
-  section->read_direction("direction", intent.direction_B);
-  section->read_all({{"stroke_time", kTime, kPositive, intent.stroke_time},
-                     {"tremor_amplitude", kLength, kNotNegative, intent.tremor_amplitude},
-                     {"turn_angle", kAngle, kIntendedTurns, intent.turn_angle}});
-  section->read_direction("turn_axis", intent.turn_axis_B);
-  read_waypoints(*section, intent);
-  section->finish();
-}
-
-void read_turning(Section& section, SimulatedHandConfig& hand) {
-  section.read_all(
-      {{"inertia", kInertia, kNotNegative, hand.inertia},
-       {"rotational_damping", kRotationalDamping, kNotNegative, hand.rotational_damping},
-       {"rotational_friction", kTorque, kNotNegative, hand.rotational_friction},
-       {"angle_step", kAngle, kNotNegative, hand.angle_step},
-       {"hand_inertia", kInertia, kNotNegative, hand.hand_inertia},
-       {"hand_rotational_damping", kRotationalDamping, kNotNegative, hand.hand_rotational_damping},
-       {"hand_rotational_stiffness", kRotationalStiffness, kNotNegative,
-        hand.hand_rotational_stiffness}});
+  hand.within("intent", [&](Section& section) {
+    section.read_all({{"centre", kLength, kAny, intent.centre_B},
+                      {"hover_radius", kLength, kPositive, intent.hover_radius},
+                      {"press_radius", kLength, kNotNegative, intent.press_radius},
+                      {"stroke_angle", kAngle, kNotNegative, intent.stroke_angle}});
+    section.read_direction("direction", intent.direction_B);
+    section.read_all({{"stroke_time", kTime, kPositive, intent.stroke_time},
+                      {"tremor_amplitude", kLength, kNotNegative, intent.tremor_amplitude},
+                      {"turn_angle", kAngle, kIntendedTurns, intent.turn_angle}});
+    section.read_direction("turn_axis", intent.turn_axis_B);
+    read_waypoints(section, intent);
+  });
 }
 
 }  // namespace
 
 void read_hand(Section& device, const fs::path&, DeviceConfig& config) {
-  auto section = device.section("hand");
-  if (!section) return;
-  SimulatedHandConfig& hand = config.hand;
-  int64_t seed = static_cast<int64_t>(hand.seed);
-  section->read_integer("seed", 0, std::numeric_limits<int64_t>::max(), seed);
-  hand.seed = static_cast<uint64_t>(seed);
-  section->read_all({{"mass", kMass, kPositive, hand.mass},
-                     {"damping", kDamping, kNotNegative, hand.damping},
-                     {"coulomb_friction", kForce, kNotNegative, hand.coulomb_friction},
-                     {"encoder_step", kLength, kNotNegative, hand.encoder_step},
-                     {"hand_mass", kMass, kNotNegative, hand.hand_mass},
-                     {"hand_damping", kDamping, kNotNegative, hand.hand_damping},
-                     {"hand_stiffness", kStiffness, kNotNegative, hand.hand_stiffness},
-                     {"velocity_cutoff", kFrequency, kPositive, hand.velocity_cutoff}});
-  read_turning(*section, hand);
-  read_intent(*section, hand.intent);
-  section->finish();
+  device.within("hand", [&](Section& section) {
+    SimulatedHandConfig& hand = config.hand;
+    section.read_all(
+        {{"seed", 0, std::numeric_limits<int64_t>::max(), hand.seed},
+         {"mass", kMass, kPositive, hand.mass},
+         {"damping", kDamping, kNotNegative, hand.damping},
+         {"coulomb_friction", kForce, kNotNegative, hand.coulomb_friction},
+         {"encoder_step", kLength, kNotNegative, hand.encoder_step},
+         {"hand_mass", kMass, kNotNegative, hand.hand_mass},
+         {"hand_damping", kDamping, kNotNegative, hand.hand_damping},
+         {"hand_stiffness", kStiffness, kNotNegative, hand.hand_stiffness},
+         {"velocity_cutoff", kFrequency, kPositive, hand.velocity_cutoff},
+         {"inertia", kInertia, kNotNegative, hand.inertia},
+         {"rotational_damping", kRotationalDamping, kNotNegative, hand.rotational_damping},
+         {"rotational_friction", kTorque, kNotNegative, hand.rotational_friction},
+         {"angle_step", kAngle, kNotNegative, hand.angle_step},
+         {"hand_inertia", kInertia, kNotNegative, hand.hand_inertia},
+         {"hand_rotational_damping", kRotationalDamping, kNotNegative,
+          hand.hand_rotational_damping},
+         {"hand_rotational_stiffness", kRotationalStiffness, kNotNegative,
+          hand.hand_rotational_stiffness}});
+    read_intent(section, hand.intent);
+  });
 }
 
 void read_admittance(Section& device, const fs::path&, DeviceConfig& config) {
   constexpr Range kDelays{0, kMostArmDelay};
-  auto section = device.section("admittance");
-  if (!section) return;
-  AdmittanceConfig& body = config.admittance;
-  section->read_all(
-      {{"mass", kMass, kPositive, body.mass},
-       {"damping", kDamping, kNotNegative, body.damping},
-       {"inertia", kInertia, kPositive, body.inertia},
-       {"rotational_damping", kRotationalDamping, kNotNegative, body.rotational_damping},
-       {"arm_delay", kTime, kDelays, body.arm_delay}});
-  section->finish();
+  device.within("admittance", [&](Section& section) {
+    AdmittanceConfig& body = config.admittance;
+    section.read_all(
+        {{"mass", kMass, kPositive, body.mass},
+         {"damping", kDamping, kNotNegative, body.damping},
+         {"inertia", kInertia, kPositive, body.inertia},
+         {"rotational_damping", kRotationalDamping, kNotNegative, body.rotational_damping},
+         {"arm_delay", kTime, kDelays, body.arm_delay}});
+  });
 }
 
 void read_replay(Section& device, const fs::path& config_folder, DeviceConfig& config) {
-  if (row_of(config.kind).is_recorded) {
-    device.require("replay", "[device.replay] with path = \"hand.csv\"");
-  }
-  auto section = device.section("replay");
-  if (!section) return;
-  ReplayConfig& replay = config.replay;
-  section->require("path", "path = \"hand.csv\"");
-  // not checked for existence here: `hapt replay` may name another file
-  section->read_path("path", config_folder, replay.path);
-  section->read_choice("resampling", words(kResamplings), replay.resampling);
-  section->read_quantity("max_gap", kTime, kPositive, replay.max_gap);
-  section->read_number("speed", kReplaySpeeds, replay.speed);
-  section->read_all(
-      {{"from", kTime, kNotNegative, replay.from}, {"to", kTime, kPositive, replay.to}});
-  section->read_flag("loop", replay.loop);
-  section->read_flag("closed_loop", replay.closed_loop);
-  section->read_text("column", replay.column);
-  section->read_direction("axis", replay.axis_B);
-  if (section->read_quantity("lever_arm", kLength, kPositive, replay.lever_arm)) {
-    section->require("column", "column = \"lever_rad\" (the angle the lever arm is multiplied by)");
-  }
-  section->finish();
+  const bool is_needed = row_of(config.kind).is_recorded;
+  device.within(
+      "replay",
+      [&](Section& section) {
+        ReplayConfig& replay = config.replay;
+        section.require("path", "path = \"hand.csv\"");
+        // not checked for existence here: `hapt replay` may name another file
+        section.read_path("path", config_folder, replay.path);
+        section.read_all({{"resampling", kResamplings, replay.resampling},
+                          {"max_gap", kTime, kPositive, replay.max_gap},
+                          {"speed", kReplaySpeeds, replay.speed},
+                          {"from", kTime, kNotNegative, replay.from},
+                          {"to", kTime, kPositive, replay.to},
+                          {"loop", replay.loop},
+                          {"closed_loop", replay.closed_loop},
+                          {"column", replay.column}});
+        section.read_direction("axis", replay.axis_B);
+        if (section.read_quantity("lever_arm", kLength, kPositive, replay.lever_arm)) {
+          section.require("column",
+                          "column = \"lever_rad\" (the angle the lever arm is multiplied by)");
+        }
+      },
+      is_needed ? "[device.replay] with path = \"hand.csv\"" : nullptr);
 }
 
 void read_serial(Section& device, const fs::path&, DeviceConfig& config) {
-  if (row_of(config.kind).node == NodeKind::kSerial) {
-    device.require("serial", "[device.serial] with path = \"/dev/ttyACM0\"");
-  }
-  auto section = device.section("serial");
-  if (!section) return;
-  SerialConfig& serial = config.serial;
-  section->require("path", "path = \"/dev/ttyACM0\"");
-  section->read_text("path", serial.path);
-  section->read_all({{"max_current", kCurrent, kCurrents, serial.max_current},
-                     {"velocity_cutoff", kFrequency, kPositive, serial.velocity_cutoff}});
-  section->finish();
+  const bool is_needed = row_of(config.kind).node == NodeKind::kSerial;
+  device.within(
+      "serial",
+      [&](Section& section) {
+        SerialConfig& serial = config.serial;
+        section.read_all({{"path", serial.path, "path = \"/dev/ttyACM0\""},
+                          {"max_current", kCurrent, kCurrents, serial.max_current},
+                          {"velocity_cutoff", kFrequency, kPositive, serial.velocity_cutoff}});
+      },
+      is_needed ? "[device.serial] with path = \"/dev/ttyACM0\"" : nullptr);
 }
 
 void read_device(Section& root, const fs::path& config_folder, DeviceConfig& device) {
   constexpr Range kHalfTurn{0, std::numbers::pi, true};  // no rotation is farther from another
-  root.require("device", "[device] with kind = \"simulated-hand\"");
-  Section section = *root.section("device");
-  section.require("kind", "kind = \"simulated-hand\"");
-  section.read_choice("kind", words(kDeviceWords), device.kind,
-                      " (other hardware needs a driver: docs/adding.md)");
-  section.read_all({{"max_force", kForce, kPositive, device.max_force},
-                    {"max_torque", kTorque, kNotNegative, device.max_torque},
-                    {"continuous_force", kForce, kPositive, device.continuous_force},
-                    {"continuous_torque", kTorque, kPositive, device.continuous_torque},
-                    {"max_damping", kDamping, kNotNegative, device.max_damping},
-                    {"max_rotational_damping", kRotationalDamping, kNotNegative,
-                     device.max_rotational_damping}});
-  section.read_lengths("workspace_centre", kAny, device.workspace_centre_B);
-  section.read_quantity("workspace_radius", kLength, kPositive, device.workspace_radius);
-  section.read_rotation("workspace_rest", device.workspace_rest_B);
-  section.read_all(
-      {{"workspace_turn", kAngle, kHalfTurn, device.workspace_turn},
-       {"mass", kMass, kPositive, device.mass},
-       {"damping", kDamping, kNotNegative, device.damping},
-       {"inertia", kInertia, kPositive, device.inertia},
-       {"rotational_damping", kRotationalDamping, kNotNegative, device.rotational_damping}});
-  read_plugged(section, device);
+  const auto read = [&](Section& section) {
+    section.require("kind", "kind = \"simulated-hand\"");
+    section.read_choice("kind", kDeviceWords, device.kind,
+                        " (other hardware needs a driver: docs/adding.md)");
+    section.read_all({{"max_force", kForce, kPositive, device.max_force},
+                      {"max_torque", kTorque, kNotNegative, device.max_torque},
+                      {"continuous_force", kForce, kPositive, device.continuous_force},
+                      {"continuous_torque", kTorque, kPositive, device.continuous_torque},
+                      {"max_damping", kDamping, kNotNegative, device.max_damping},
+                      {"max_rotational_damping", kRotationalDamping, kNotNegative,
+                       device.max_rotational_damping},
+                      {"workspace_centre", kLength, kAny, device.workspace_centre_B},
+                      {"workspace_radius", kLength, kPositive, device.workspace_radius}});
+    section.read_rotation("workspace_rest", device.workspace_rest_B);
+    section.read_all(
+        {{"workspace_turn", kAngle, kHalfTurn, device.workspace_turn},
+         {"mass", kMass, kPositive, device.mass},
+         {"damping", kDamping, kNotNegative, device.damping},
+         {"inertia", kInertia, kPositive, device.inertia},
+         {"rotational_damping", kRotationalDamping, kNotNegative, device.rotational_damping}});
+    section.within("usb", [&](Section& usb) {
+      usb.read_all({{"serial", device.plugged.serial}, {"port", device.plugged.port}});
+    });
 #define DEVICE(id, name, open, read, ...) read(section, config_folder, device);
 #include "proto/config/devices.def"
-  section.finish();
+  };
+  root.within("device", read, "[device] with kind = \"simulated-hand\"");
 }
 
 }  // namespace haptic

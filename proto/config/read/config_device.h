@@ -13,9 +13,6 @@ namespace haptic {
 using ReadDevice = void(Section& device, const std::filesystem::path& config_folder,
                         DeviceConfig& config);
 
-/// Reads [device.usb]: which of several devices of a kind.
-void read_plugged(Section& device, DeviceConfig& config);
-
 /// Reads [device].
 void read_device(Section& root, const std::filesystem::path& config_folder, DeviceConfig& device);
 

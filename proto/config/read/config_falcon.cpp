@@ -10,11 +10,10 @@ using enum Dimension;
 
 void read_falcon(Section& device, const std::filesystem::path& config_folder,
                  DeviceConfig& config) {
-  auto section = device.section("falcon");
-  if (!section) return;
-  section->read_path("firmware", config_folder, config.falcon.firmware);
-  section->read_quantity("velocity_cutoff", kFrequency, kPositive, config.falcon.velocity_cutoff);
-  section->finish();
+  device.within("falcon", [&](Section& section) {
+    section.read_path("firmware", config_folder, config.falcon.firmware);
+    section.read_quantity("velocity_cutoff", kFrequency, kPositive, config.falcon.velocity_cutoff);
+  });
 }
 
 }  // namespace haptic

@@ -27,31 +27,29 @@ void read_signs(Section& section, std::string_view key, Vec3& signs) {
 }  // namespace
 
 void read_hid_arm(Section& device, const std::filesystem::path&, DeviceConfig& config) {
-  auto section = device.section("hid_arm");
-  if (!section) return;
-  HidArmConfig& arm = config.hid_arm;
-  section->read_lengths("links", kPositive, arm.links);
-  section->read_lengths("capstans", kPositive, arm.capstans);
-  section->read_lengths("bodies", kPositive, arm.bodies);
-  read_signs(*section, "signs", arm.signs);
-  read_signs(*section, "motor_signs", arm.motor_signs);
-  section->read_quantities("homes", kAngle, kAny, arm.homes);
-  section->read_number("counts_per_turn", kEncoderCounts, arm.counts_per_turn);
-  section->read_all({{"torque_constant", kTorqueConstant, kPositive, arm.torque_constant},
-                     {"max_current", kCurrent, kHidCurrents, arm.max_current},
-                     {"velocity_cutoff", kFrequency, kPositive, arm.velocity_cutoff}});
-  section->finish();
+  device.within("hid_arm", [&](Section& section) {
+    HidArmConfig& arm = config.hid_arm;
+    section.read_all({{"links", kLength, kPositive, arm.links},
+                      {"capstans", kLength, kPositive, arm.capstans},
+                      {"bodies", kLength, kPositive, arm.bodies}});
+    read_signs(section, "signs", arm.signs);
+    read_signs(section, "motor_signs", arm.motor_signs);
+    section.read_all({{"homes", kAngle, kAny, arm.homes},
+                      {"counts_per_turn", kEncoderCounts, arm.counts_per_turn},
+                      {"torque_constant", kTorqueConstant, kPositive, arm.torque_constant},
+                      {"max_current", kCurrent, kHidCurrents, arm.max_current},
+                      {"velocity_cutoff", kFrequency, kPositive, arm.velocity_cutoff}});
+  });
 }
 
 void read_rate(Section& device, const std::filesystem::path&, DeviceConfig& config) {
-  auto section = device.section("rate");
-  if (!section) return;
-  RateDeviceConfig& rate = config.rate;
-  section->read_all({{"speed", kSpeed, kPositive, rate.speed},
-                     {"turn_rate", kAngularSpeed, kNotNegative, rate.turn_rate}});
-  section->read_number("dead_band", kDeadBands, rate.dead_band);
-  section->read_number("full_scale", kCounts, rate.full_scale);
-  section->finish();
+  device.within("rate", [&](Section& section) {
+    RateDeviceConfig& rate = config.rate;
+    section.read_all({{"speed", kSpeed, kPositive, rate.speed},
+                      {"turn_rate", kAngularSpeed, kNotNegative, rate.turn_rate},
+                      {"dead_band", kDeadBands, rate.dead_band},
+                      {"full_scale", kCounts, rate.full_scale}});
+  });
 }
 
 }  // namespace haptic

@@ -80,7 +80,7 @@ void read_points(Section& section, const Vec3& start_W, JointConfig& joint) {
   }
 }
 
-/// What acts along the coordinate.
+/// Reads the end stops, spring, damper, friction and detents that act along the coordinate.
 void read_laws(Section& section, const JointDimensions& dimensions, JointConfig& joint) {
   section.read_all({{"lower", dimensions.coordinate, kNotPositive, joint.lower},
                     {"upper", dimensions.coordinate, kNotNegative, joint.upper},
@@ -99,10 +99,8 @@ void read_joint(Section& section, SessionConfig& config) {
                                 " is the most a session can hold");
   }
   JointConfig& joint = config.joints[config.n_joints];
-  section.require("kind", "kind = \"hinge\"");
-  section.read_choice("kind", words(kKindWords), joint.kind);
   assign(joint.name, "joint " + std::to_string(config.n_joints + 1));
-  section.read_text("name", joint.name);
+  section.read_all({{"kind", kKindWords, joint.kind, "kind = \"hinge\""}, {"name", joint.name}});
   read_ends(section, config, joint);
   const JointKindRow& row = row_of(joint.kind);
   const Vec3& start_W = config.objects[joint.object].X_WO.p;

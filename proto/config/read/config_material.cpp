@@ -4,6 +4,9 @@
 #include "proto/config/read/height_image.h"
 
 namespace haptic {
+
+using enum Dimension;
+
 namespace {
 
 constexpr double kRightAngle = 1.5707963267948966;  // [rad]
@@ -28,49 +31,42 @@ uint32_t add_image(const Section& texture, SessionConfig& config,
 
 void read_texture(Section& section, SessionConfig& config,
                   const std::filesystem::path& config_folder, TextureConfig& texture) {
-  section.require("kind", "kind = \"grating\"");
-  section.read_choice("kind", words(kTextures), texture.kind);
+  section.read_all({{"kind", kTextures, texture.kind, "kind = \"grating\""}});
+  if (texture.kind == TextureKind::kNone) return;
   if (texture.kind == TextureKind::kGrating) {
-    section.require("wavelength", "wavelength = \"2 mm\"");
-    section.read_quantity("wavelength", Dimension::kLength, kPositive, texture.period);
+    section.read_all({{"wavelength", kLength, kPositive, texture.period, "wavelength = \"2 mm\""}});
     section.read_direction("direction", texture.direction_O);
-  }
-  if (texture.kind == TextureKind::kImage) {
+  } else {
     section.require("path", "path = \"grain.pgm\"");
-    section.require("tile", "tile = \"10 mm\", the width of the image on the object");
-    section.read_quantity("tile", Dimension::kLength, kPositive, texture.period);
+    section.read_all({{"tile", kLength, kPositive, texture.period,
+                       "tile = \"10 mm\", the width of the image on the object"}});
     std::string path;
     section.read_text("path", path);
     texture.image = add_image(section, config, config_folder / path);
   }
-  if (texture.kind != TextureKind::kNone) {
-    section.require("amplitude", "amplitude = \"0.1 mm\"");
-    section.read_quantity("amplitude", Dimension::kLength, kNotNegative, texture.amplitude);
-  }
-  section.finish();
+  section.read_all(
+      {{"amplitude", kLength, kNotNegative, texture.amplitude, "amplitude = \"0.1 mm\""}});
 }
 
 }  // namespace
 
 void read_material(Section& object, SessionConfig& config,
                    const std::filesystem::path& config_folder, MaterialConfig& material) {
-  auto section = object.section("material");
-  if (!section) return;
-  section->read_number("friction_static", kNotNegative, material.friction_static);
-  section->read_number("friction_dynamic", kNotNegative, material.friction_dynamic);
-  if (material.friction_dynamic > material.friction_static) {
-    section->fail_at("friction_dynamic",
-                     "is larger than friction_static; what slides cannot hold better than what "
-                     "sticks");
-  }
-  section->read_quantity("friction_viscous", Dimension::kDamping, kNotNegative,
-                         material.friction_viscous);
-  section->read_number("stiffness_share", kShares, material.stiffness_share);
-  section->read_quantity("crease_angle", Dimension::kAngle, kCreases, material.crease_angle);
-  if (auto texture = section->section("texture")) {
-    read_texture(*texture, config, config_folder, material.texture);
-  }
-  section->finish();
+  object.within("material", [&](Section& section) {
+    section.read_all({{"friction_static", kNotNegative, material.friction_static},
+                      {"friction_dynamic", kNotNegative, material.friction_dynamic}});
+    if (material.friction_dynamic > material.friction_static) {
+      section.fail_at("friction_dynamic",
+                      "is larger than friction_static; what slides cannot hold better than what "
+                      "sticks");
+    }
+    section.read_all({{"friction_viscous", kDamping, kNotNegative, material.friction_viscous},
+                      {"stiffness_share", kShares, material.stiffness_share},
+                      {"crease_angle", kAngle, kCreases, material.crease_angle}});
+    section.within("texture", [&](Section& texture) {
+      read_texture(texture, config, config_folder, material.texture);
+    });
+  });
 }
 
 }  // namespace haptic

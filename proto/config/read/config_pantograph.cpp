@@ -23,22 +23,21 @@ void read_sign(Section& section, std::string_view key, double& sign) {
 }  // namespace
 
 void read_pantograph(Section& device, const std::filesystem::path&, DeviceConfig& config) {
-  auto section = device.section("pantograph");
-  if (!section) return;
-  PantographConfig& arm = config.pantograph;
-  section->read_all({{"proximal", kLength, kPositive, arm.proximal},
-                     {"distal", kLength, kPositive, arm.distal},
-                     {"base", kLength, kNotNegative, arm.base}});
-  section->read_number("counts_per_turn", kTurnCounts, arm.counts_per_turn);
-  section->read_all(
-      {{"offset_1", kAngle, kAny, arm.offset_1}, {"offset_2", kAngle, kAny, arm.offset_2}});
-  read_sign(*section, "sign_1", arm.sign_1);
-  read_sign(*section, "sign_2", arm.sign_2);
-  section->read_integer("port_1", 1, 2, arm.port_1);
-  section->read_number("reduction", kPositive, arm.reduction);
-  section->read_all({{"max_torque", kTorque, kBoardTorques, arm.max_torque},
-                     {"velocity_cutoff", kFrequency, kPositive, arm.velocity_cutoff}});
-  section->finish();
+  device.within("pantograph", [&](Section& section) {
+    PantographConfig& arm = config.pantograph;
+    section.read_all({{"proximal", kLength, kPositive, arm.proximal},
+                      {"distal", kLength, kPositive, arm.distal},
+                      {"base", kLength, kNotNegative, arm.base},
+                      {"counts_per_turn", kTurnCounts, arm.counts_per_turn},
+                      {"offset_1", kAngle, kAny, arm.offset_1},
+                      {"offset_2", kAngle, kAny, arm.offset_2}});
+    read_sign(section, "sign_1", arm.sign_1);
+    read_sign(section, "sign_2", arm.sign_2);
+    section.read_all({{"port_1", 1, 2, arm.port_1},
+                      {"reduction", kPositive, arm.reduction},
+                      {"max_torque", kTorque, kBoardTorques, arm.max_torque},
+                      {"velocity_cutoff", kFrequency, kPositive, arm.velocity_cutoff}});
+  });
 }
 
 }  // namespace haptic

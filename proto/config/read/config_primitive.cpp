@@ -30,9 +30,13 @@ void read_lengths(Section& section, std::initializer_list<RequiredLength> length
   }
 }
 
+void read_extent(Section& section, Vec3& extent) {
+  section.read_all({{"extent", Dimension::kLength, kPositive, extent,
+                     "extent = [\"100 mm\", \"100 mm\", \"20 mm\"]"}});
+}
+
 void read_grid(Section& section, PartGrid& grid) {
-  section.read_integer("around", 3, kMaxSteps, grid.around);
-  section.read_integer("along", 1, kMaxSteps, grid.along);
+  section.read_all({{"around", 3, kMaxSteps, grid.around}, {"along", 1, kMaxSteps, grid.along}});
 }
 
 /// Steps around a part that is made of sectors: a multiple of `sectors`, and the least of them.
@@ -74,14 +78,13 @@ void read_thread(Section& section, primitive::Thread& thread) {
 }  // namespace
 
 void read_keys(Section& section, primitive::Box& box) {
-  section.require("extent", "extent = [\"100 mm\", \"100 mm\", \"20 mm\"]");
-  section.read_lengths("extent", kPositive, box.extent);
+  read_extent(section, box.extent);
 }
 
 void read_keys(Section& section, primitive::Sphere& sphere) {
-  section.require("size", "size = \"100 mm\", the diameter");
-  section.read_quantity("size", Dimension::kLength, kMeshSizes, sphere.diameter);
-  section.read_integer("subdivisions", 0, kMaxSubdivisions, sphere.subdivisions);
+  section.read_all(
+      {{"size", Dimension::kLength, kMeshSizes, sphere.diameter, "size = \"100 mm\", the diameter"},
+       {"subdivisions", 0, kMaxSubdivisions, sphere.subdivisions}});
 }
 
 void read_keys(Section& section, primitive::Peg& peg) {
@@ -100,8 +103,7 @@ void read_keys(Section& section, primitive::Hole& hole) {
 }
 
 void read_keys(Section& section, primitive::Gear& gear) {
-  section.require("teeth", "teeth = 20");
-  section.read_integer("teeth", kMinTeeth, kMaxTeeth, gear.teeth);
+  section.read_all({{"teeth", kMinTeeth, kMaxTeeth, gear.teeth, "teeth = 20"}});
   read_lengths(section, {{"module", "3 mm", gear.module},
                          {"width", "10 mm", gear.width},
                          {"bore", "10 mm", gear.bore}});
@@ -192,8 +194,7 @@ void read_keys(Section& section, primitive::PinRest& rest) {
 }
 
 void read_keys(Section& section, primitive::Window& window) {
-  section.require("extent", "extent = [\"100 mm\", \"100 mm\", \"20 mm\"]");
-  section.read_lengths("extent", kPositive, window.extent);
+  read_extent(section, window.extent);
   read_lengths(section, {{"width", "60 mm", window.width}, {"height", "40 mm", window.height}});
   refuse(section, window.width >= window.extent.x, "width",
          "is no less than that of the plate; make the extent larger");

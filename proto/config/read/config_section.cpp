@@ -4,6 +4,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace haptic {
@@ -12,13 +13,13 @@ namespace {
 constexpr double kUnitTolerance = 1e-3;  // of the length of a typed quaternion
 constexpr size_t kLongestReason = 240;   // of a parser message, which may quote the file
 
+/// Names of the types of a value, by toml::node_type.
+constexpr std::array kTypeNames{
+    "nothing",  "a table",       "an array",       "text",           "a number",
+    "a number", "true or false", "a date or time", "a date or time", "a date or time"};
+
 std::string type_name(const toml::node& node) {
-  if (node.is_table()) return "a table";
-  if (node.is_array()) return "an array";
-  if (node.is_string()) return "text";
-  if (node.is_boolean()) return "true or false";
-  if (node.is_number()) return "a number";
-  return "a date or time";
+  return kTypeNames[static_cast<size_t>(node.type())];
 }
 
 toml::table parse_toml(std::string_view text, const std::string& origin) {
@@ -130,8 +131,11 @@ bool Section::read_quantity(std::string_view key, Dimension dimension, const Ran
   return node != nullptr;
 }
 
-void Section::read_all(std::initializer_list<QuantityKey> keys) {
-  for (const auto& [key, dimension, range, out] : keys) read_quantity(key, dimension, range, out);
+void Section::read_all(std::initializer_list<Key> keys) {
+  for (const Key& key : keys) {
+    if (key.example_ != nullptr) require(key.key_, key.example_);
+    key.read_(*this);
+  }
 }
 
 bool Section::read_number(std::string_view key, const Range& range, double& out) {
@@ -242,28 +246,27 @@ bool Section::read_direction(std::string_view key, Vec3& out) {
 }
 
 bool Section::read_rotation(std::string_view key, Quat& out) {
-  std::optional<Section> rotation = section(key);
-  if (!rotation) return false;
-  if (const toml::node* node = rotation->take("quaternion"); node != nullptr) {
+  return within(key, [&](Section& rotation) { rotation.read_rotation(out); });
+}
+
+void Section::read_rotation(Quat& out) {
+  if (const toml::node* node = take("quaternion"); node != nullptr) {
     const toml::array& q = array_of(*node, "quaternion", 4, "[0, 0, 0, 1]");
     const auto part = [&](size_t i) { return number_of(*q.get(i), "quaternion", kAny); };
     const Quat typed{part(0), part(1), part(2), part(3)};
     if (!(std::abs(std::sqrt(dot(typed, typed)) - 1) < kUnitTolerance)) {
-      rotation->fail_at("quaternion",
-                        "has not length 1; order is x, y, z, w, none is [0, 0, 0, 1]");
+      fail_at("quaternion", "has not length 1; order is x, y, z, w, none is [0, 0, 0, 1]");
     }
     out = normalized(typed);
-  } else {
-    Vec3 axis{0, 0, 1};
-    double angle = 0;
-    rotation->require("axis", "axis = [0, 0, 1]");
-    rotation->require("angle", "angle = \"90 deg\"");
-    rotation->read_direction("axis", axis);
-    rotation->read_quantity("angle", Dimension::kAngle, kAny, angle);
-    out = from_rotation_vector(angle * axis);
+    return;
   }
-  rotation->finish();
-  return true;
+  Vec3 axis{0, 0, 1};
+  double angle = 0;
+  require("axis", "axis = [0, 0, 1]");
+  require("angle", "angle = \"90 deg\"");
+  read_direction("axis", axis);
+  read_quantity("angle", Dimension::kAngle, kAny, angle);
+  out = from_rotation_vector(angle * axis);
 }
 
 void Section::read_pose(Pose& out) {
@@ -285,6 +288,16 @@ std::optional<Section> Section::section(std::string_view key) {
   const toml::table* table = node->as_table();
   if (table == nullptr) fail_at(key, "is " + type_name(*node) + ", not a table; see configs/");
   return Section(*table, "[" + name_within(key) + "]", file_);
+}
+
+bool Section::within(std::string_view key, const std::function<void(Section&)>& read,
+                     const char* example) {
+  if (example != nullptr) require(key, example);
+  std::optional<Section> inner = section(key);
+  if (!inner) return false;
+  read(*inner);
+  inner->finish();
+  return true;
 }
 
 std::vector<Section> Section::sections(std::string_view key) {

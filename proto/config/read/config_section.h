@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <limits>
 #include <memory>
@@ -11,6 +12,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -35,11 +37,6 @@ namespace haptic {
 template <typename Enum, size_t N>
 using Words = std::array<std::pair<std::string_view, Enum>, N>;
 
-template <typename Enum, size_t N>
-std::span<const std::pair<std::string_view, Enum>> words(const Words<Enum, N>& list) {
-  return list;
-}
-
 /// The words of a table whose rows have a name and an id.
 template <typename Row, size_t N>
 constexpr auto words_of(const std::array<Row, N>& rows) {
@@ -48,14 +45,7 @@ constexpr auto words_of(const std::array<Row, N>& rows) {
   return words;
 }
 
-/// A key that has a quantity, and where it goes.
-struct QuantityKey {
-  std::string_view key;
-  Dimension dimension;
-  Range range;
-  double& out;
-};
-
+class Key;
 class Section;
 
 /// A parsed configuration file. Throws ConfigError with file, line and column if the text is not
@@ -84,8 +74,8 @@ class Section {
       : table_(table), name_(std::move(name)), file_(file) {}
 
   bool read_quantity(std::string_view key, Dimension dimension, const Range& range, double& out);
-  /// Several quantities; each key may be left out.
-  void read_all(std::initializer_list<QuantityKey> keys);
+  /// Several keys in this order; each may be left out where it has no example.
+  void read_all(std::initializer_list<Key> keys);
   bool read_number(std::string_view key, const Range& range, double& out);
   bool read_integer(std::string_view key, int64_t min, int64_t max, int64_t& out);
   template <typename Integer>
@@ -111,9 +101,9 @@ class Section {
   /// A file, by its path from this folder; it need not be there.
   bool read_path(std::string_view key, const std::filesystem::path& folder, Path& out);
   /// One of the given words; `mend` ends the message about another one.
-  template <typename Enum>
-  bool read_choice(std::string_view key, std::span<const std::pair<std::string_view, Enum>> words,
-                   Enum& out, const std::string& mend = "") {
+  template <typename Enum, size_t N>
+  bool read_choice(std::string_view key, const Words<Enum, N>& words, Enum& out,
+                   const std::string& mend = "") {
     std::string text;
     if (!read_text(key, text)) return false;
     std::vector<std::string_view> known;
@@ -143,6 +133,10 @@ class Section {
 
   /// A table inside this one; empty if absent.
   std::optional<Section> section(std::string_view key);
+  /// Reads a table inside this one and finishes it; false: it is absent. With an example it must be
+  /// there.
+  bool within(std::string_view key, const std::function<void(Section&)>& read,
+              const char* example = nullptr);
   /// The tables of [[key]], in order.
   std::vector<Section> sections(std::string_view key);
 
@@ -157,6 +151,7 @@ class Section {
 
  private:
   const toml::node* take(std::string_view key);
+  void read_rotation(Quat& out);
   std::string name_within(std::string_view key) const;
   [[noreturn]] void fail(const toml::source_region& at, const std::string& what) const;
   double quantity_of(const toml::node& node, std::string_view key, Dimension dimension,
@@ -169,6 +164,50 @@ class Section {
   std::string name_;
   const std::string& file_;
   std::vector<std::string_view> asked_;
+};
+
+/// A key of a table, the kind of its value, and where that goes. With an example it must be there.
+class Key {
+ public:
+  /// A quantity, or three of one kind.
+  template <typename Value>
+  Key(std::string_view key, Dimension dimension, const Range& range, Value& out,
+      const char* example = nullptr)
+      : Key(key, example, [key, dimension, range, &out](Section& section) {
+          if constexpr (std::is_same_v<Value, Vec3>) {
+            section.read_quantities(key, dimension, range, out);
+          } else {
+            section.read_quantity(key, dimension, range, out);
+          }
+        }) {}
+  /// A number without unit.
+  Key(std::string_view key, const Range& range, double& out)
+      : Key(key, nullptr, [key, range, &out](Section& s) { s.read_number(key, range, out); }) {}
+  /// A whole number.
+  template <typename Integer>
+  Key(std::string_view key, int64_t min, int64_t max, Integer& out, const char* example = nullptr)
+      : Key(key, example,
+            [key, min, max, &out](Section& s) { s.read_integer(key, min, max, out); }) {}
+  /// True or false.
+  Key(std::string_view key, uint32_t& out)
+      : Key(key, nullptr, [key, &out](Section& s) { s.read_flag(key, out); }) {}
+  /// Text that must fit into a fixed array.
+  template <size_t N>
+  Key(std::string_view key, std::array<char, N>& out, const char* example = nullptr)
+      : Key(key, example, [key, &out](Section& s) { s.read_text(key, out); }) {}
+  /// One of the given words.
+  template <typename Enum, size_t N>
+  Key(std::string_view key, const Words<Enum, N>& words, Enum& out, const char* example = nullptr)
+      : Key(key, example, [key, &words, &out](Section& s) { s.read_choice(key, words, out); }) {}
+
+ private:
+  friend class Section;
+  Key(std::string_view key, const char* example, std::function<void(Section&)> read)
+      : key_(key), example_(example), read_(std::move(read)) {}
+
+  std::string_view key_;
+  const char* example_;
+  std::function<void(Section&)> read_;
 };
 
 }  // namespace haptic

@@ -65,7 +65,7 @@ void read_mesh(Section& section, const fs::path& config_folder, ShapeConfig& sha
 }
 
 void read_primitive(Section& section, ShapeConfig& shape) {
-  section.read_choice("primitive", words(kPrimitives), shape.primitive);
+  section.read_choice("primitive", kPrimitives, shape.primitive);
   shape.unit = 1;
   std::visit(
       [&](auto& kind) {

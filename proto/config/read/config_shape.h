@@ -20,7 +20,7 @@ void read_shape(Section& section, const std::filesystem::path& config_folder, Sh
 /// Reads `colour` of an [[object]] or the [tool], "#rrggbb". Throws ConfigError.
 void read_colour(Section& section, ShapeConfig& shape);
 
-/// What object number `index` looks like where nothing is said, 0xrrggbb; and the tool.
+/// The colour of object number `index` where the file names none, 0xrrggbb; and that of the tool.
 uint32_t default_colour(uint32_t index);
 inline constexpr uint32_t kToolColour = 0xd9dde3;
 

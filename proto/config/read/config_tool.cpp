@@ -36,24 +36,22 @@ constexpr Range kClusterRadii{1e-5, 1};  // [m]
 void read_tool(Section& root, const std::filesystem::path& config_folder, ToolConfig& tool) {
   assign(tool.name, "tool");
   tool.colour = kToolColour;
-  auto section = root.section("tool");
-  if (!section) return;
-  read_shape(*section, config_folder, tool);
-  read_colour(*section, tool);
-  read_mass(*section, kToolMasses, {tool.density, tool.mass, tool.inertia});
-  section->finish();
+  root.within("tool", [&](Section& section) {
+    read_shape(section, config_folder, tool);
+    read_colour(section, tool);
+    read_mass(section, kToolMasses, {tool.density, tool.mass, tool.inertia});
+  });
 }
 
 void read_proxy(Section& root, ProxyConfig& proxy) {
-  auto section = root.section("proxy");
-  if (!section) return;
-  SoftSolver solver{};
-  if (section->read_choice("solver", words(kSolvers), solver)) proxy.solver = solver;
-  section->read_choice("integrator", words(kIntegrators), proxy.integrator);
-  section->read_all({{"contact_stiffness", kStiffness, kPositive, proxy.contact_stiffness},
-                     {"contact_damping", kDamping, kNotNegative, proxy.contact_damping}});
-  section->read_choice("sharing", words(kSharings), proxy.sharing);
-  section->finish();
+  root.within("proxy", [&](Section& section) {
+    SoftSolver solver{};
+    if (section.read_choice("solver", kSolvers, solver)) proxy.solver = solver;
+    section.read_all({{"integrator", kIntegrators, proxy.integrator},
+                      {"contact_stiffness", kStiffness, kPositive, proxy.contact_stiffness},
+                      {"contact_damping", kDamping, kNotNegative, proxy.contact_damping},
+                      {"sharing", kSharings, proxy.sharing}});
+  });
 }
 
 Range band_range(const VoxelConfig& voxel) {
@@ -61,44 +59,41 @@ Range band_range(const VoxelConfig& voxel) {
 }
 
 void read_voxel(Section& contact, VoxelConfig& voxel) {
-  auto section = contact.section("voxel");
-  if (!section) return;
-  voxel.is_wanted = 1;
-  section->read_quantity("size", kLength, kVoxelSizes, voxel.size);
-  voxel.point_spacing = voxel.size;
-  section->read_integer("offset_layers", 0, kMaxOffsetLayers, voxel.offset_layers);
-  section->read_flag("field", voxel.field);
-  voxel.band = default_band(voxel);
-  section->read_quantity("band", kLength, band_range(voxel), voxel.band);
-  section->read_flag("open_as_sheet", voxel.open_as_sheet);
-  section->read_all({{"point_spacing", kLength, kVoxelSizes, voxel.point_spacing},
-                     {"stiffness", kStiffness, kPositive, voxel.stiffness},
-                     {"braking", kDamping, kNotNegative, voxel.braking}});
-  section->read_choice("braking_along", words(kBrakings), voxel.braking_along);
-  section->read_integer("budget", 0, kMaxBudget, voxel.budget);
-  section->finish();
+  const auto read = [&](Section& section) {
+    section.read_quantity("size", kLength, kVoxelSizes, voxel.size);
+    voxel.point_spacing = voxel.size;
+    section.read_all(
+        {{"offset_layers", 0, kMaxOffsetLayers, voxel.offset_layers}, {"field", voxel.field}});
+    voxel.band = default_band(voxel);
+    section.read_all({{"band", kLength, band_range(voxel), voxel.band},
+                      {"open_as_sheet", voxel.open_as_sheet},
+                      {"point_spacing", kLength, kVoxelSizes, voxel.point_spacing},
+                      {"stiffness", kStiffness, kPositive, voxel.stiffness},
+                      {"braking", kDamping, kNotNegative, voxel.braking},
+                      {"braking_along", kBrakings, voxel.braking_along},
+                      {"budget", 0, kMaxBudget, voxel.budget}});
+  };
+  voxel.is_wanted = contact.within("voxel", read) ? 1 : 0;
 }
 
 void read_pieces(Section& contact, PieceConfig& pieces) {
-  auto section = contact.section("pieces");
-  if (!section) return;
-  pieces.is_wanted = 1;
-  section->read_all({{"threshold", kLength, kThresholds, pieces.threshold},
-                     {"carry", kLength, kThresholds, pieces.carry},
-                     {"bandwidth", kFrequency, kNotNegative, pieces.bandwidth},
-                     {"cluster_radius", kLength, kClusterRadii, pieces.cluster_radius}});
-  section->read_integer("budget", 0, kMaxBudget, pieces.budget);
-  section->finish();
+  const auto read = [&](Section& section) {
+    section.read_all({{"threshold", kLength, kThresholds, pieces.threshold},
+                      {"carry", kLength, kThresholds, pieces.carry},
+                      {"bandwidth", kFrequency, kNotNegative, pieces.bandwidth},
+                      {"cluster_radius", kLength, kClusterRadii, pieces.cluster_radius},
+                      {"budget", 0, kMaxBudget, pieces.budget}});
+  };
+  pieces.is_wanted = contact.within("pieces", read) ? 1 : 0;
 }
 
 void read_rigid(Section& contact, RigidConfig& rigid) {
-  auto section = contact.section("rigid");
-  if (!section) return;
-  section->read_number("k_s", kRigidGains, rigid.k_s);
-  section->read_quantity("margin", kLength, kMargins, rigid.margin);
-  section->read_integer("moves", 1, kMaxMoves, rigid.moves);
-  section->read_choice("solver", words(kRigidSolvers), rigid.solver);
-  section->finish();
+  contact.within("rigid", [&](Section& section) {
+    section.read_all({{"k_s", kRigidGains, rigid.k_s},
+                      {"margin", kLength, kMargins, rigid.margin},
+                      {"moves", 1, kMaxMoves, rigid.moves},
+                      {"solver", kRigidSolvers, rigid.solver}});
+  });
 }
 
 void check_rigid(Section& root, const SessionConfig& config) {

@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-/// Whether the rules have a line for these ids that holds both texts.
+/// True if the rules have a line for these ids that holds both texts.
 bool has_rule(const std::vector<std::string>& rules, const std::string& vendor,
               const std::string& product, const std::string& subsystem, const std::string& effect) {
   const std::regex of_vendor("\\{idVendor\\}==\"[^\"]*" + vendor + "[^\"]*\"");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is said of a recording, how two differ, and one that was cut: against records made here.
+// Checks the summary of a recording, the differences of two, and one that was cut, against records
+// made here.
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <filesystem>

@@ -22,7 +22,7 @@ namespace haptic::test {
 /// for all. What remains to enumerate is the value that each load of the reader returns.
 class MemoryModel {
  public:
-  /// What a defect does to one access.
+  /// The effect of a defect on one access.
   enum class Change { kNone, kRelaxed, kDropped };
   using Defect = Change (*)(size_t location, bool is_store, uint64_t value);
 

@@ -37,7 +37,7 @@ void publish_items(RingType& ring, uint64_t count) {
   for (uint64_t n = 0; n < count; ++n) ring.publish(RingType::Item::make(n));
 }
 
-/// Whether no item was overwritten.
+/// True if no item was overwritten.
 template <typename RingType>
 bool all_fit(uint64_t published) {
   return test::reach<RingType>(published - 1) == published - 1;

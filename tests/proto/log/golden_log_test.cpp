@@ -70,7 +70,7 @@ Rows exported_rows(uint32_t layout, const TopicInfo& topic) {
   return rows_of(text);
 }
 
-/// What became of a column of an old export; "": it is left out.
+/// The present name of a column of an old export; "": it is left out.
 std::string column_now(const std::string& column) {
   if (column == "clearance_m") return "clearance[0]_m";
   return column == "reserved" ? "" : column;

@@ -24,7 +24,7 @@ using test::McapBytes;
 const std::string kVector =
     "================\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
 
-/// What is in `bytes`, laid out as `stored`, as a record of `ours`.
+/// The content of `bytes`, laid out as `stored`, as a record of `ours`.
 std::vector<std::byte> translated(const std::string& schema, const std::string& ours,
                                   const std::string& stored, const McapBytes& bytes) {
   const Translation t = translate(schema, flatten(ours), stored);

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "clients/lab/support/forked_process.h"
+#include "clients/lab/support/median.h"
 #include "clients/library/histogram.h"
-#include "clients/report/median.h"
 #include "proto/os/realtime.h"
 
 /// Short measurements between forked processes, and their evaluation.

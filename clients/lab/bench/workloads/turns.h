@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/report/median.h"
+#include "clients/lab/support/median.h"
 #include "clients/report/report.h"
 
 namespace haptic {

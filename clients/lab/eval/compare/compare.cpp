@@ -12,7 +12,6 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/options.h"
-#include "clients/lab/support/columns.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/log/log_columns.h"
@@ -28,6 +27,7 @@
 #include "proto/ipc/eye_file.h"
 #include "proto/log/trace.h"
 #include "proto/os/message.h"
+#include "proto/os/text.h"
 #include "proto/os/version.h"
 #include "proto/wire/scene_pose.h"
 

@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clients/report/median.h"
+#include "clients/lab/support/lab_rows.h"
+#include "clients/lab/support/median.h"
 
 namespace haptic {
 namespace {

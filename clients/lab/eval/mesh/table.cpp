@@ -2,10 +2,10 @@
 #include "clients/lab/eval/mesh/table.h"
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/options.h"
-#include "clients/lab/support/columns.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
-#include "clients/report/formatted.h"
+#include "proto/os/text.h"
+#include "proto/os/text.h"
 #include "proto/wire/renderer.h"
 
 #include <algorithm>
@@ -148,10 +148,10 @@ Measured suite_mesh(Command& command) {
               "table")
       .required();
   command
-      .quantities("--radius", table.radii, Dimension::kLength, {0, 0.1},
-                  "of the proxy of virtual-proxy3, as \"1 mm\"; 0: a point; a number without unit "
-                  "is in metres",
-                  "m")
+      .quantity("--radius", table.radii, Dimension::kLength, {0, 0.1},
+                "of the proxy of virtual-proxy3, as \"1 mm\"; 0: a point; a number without unit "
+                "is in metres",
+                "m")
       .show_default();
   add_renderer_options(command, table.each);
   add_lockstep(command, table.each.lockstep);

@@ -220,14 +220,14 @@ void judge_tilted_peg(const WrenchAt& wrench_at, size_t n, Rows& rows) {
 
 void judge_peg(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, Rows& rows) {
   const double centred = norm(wrench_at({}).f);
-  rows.at_most("centred: force", centred, "N", 0);
+  rows.add("centred: force", centred, "N", at_most(0));
   double pushing_in = 0;
   for (size_t i = 0; i < n; ++i) {
     const double height = (1 - share(i, n)) * 0.5 * (kHoleLength + 2 * kPegHalf);
     const Vec3 place{0.5 * kPegClearance, 0, height};
     pushing_in = std::max(pushing_in, norm(wrench_at({place, {}}).f));
   }
-  rows.at_most("pushed in, half the clearance aside: force, max", pushing_in, "N", 0);
+  rows.add("pushed in, half the clearance aside: force, max", pushing_in, "N", at_most(0));
   judge_offset_peg(wrench_at, n, goals, rows);
   judge_tilted_peg(wrench_at, n, rows);
 }

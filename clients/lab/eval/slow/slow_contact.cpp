@@ -5,10 +5,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/lockstep.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
-#include "clients/report/spectrum.h"
+#include "clients/lab/support/spectrum.h"
 #include "proto/math/units.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
@@ -146,8 +147,8 @@ void eval_slow_contact(const SlowEval& eval, const Rows& all) {
       rows.add({{"force, mean" + at, found.mean, "N"},
                 {"error, root mean square" + at, found.error, "N"}});
       const bool is_goal = renderer.is_smooth && period == 20;
-      rows.at_most("force above 50 Hz, root mean square" + at, found.rough, "N",
-                   goal_if(is_goal, kMostRough));
+      rows.add("force above 50 Hz, root mean square" + at, found.rough, "N",
+               at_most(goal_if(is_goal, kMostRough)));
     }
     progress.step();
   }

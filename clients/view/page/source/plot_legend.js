@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a plot says in words and numbers: its legend, and a reading at the cursor.
+// The words and numbers of a plot: its legend, and a reading at the cursor.
 
 import { make, write } from "./dom.js";
 import { clock, fixed } from "./format.js";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is drawn beside the meshes: arrows of force and torque, contacts, the trail of the tool.
+// Draws the marks beside the meshes: arrows of force and torque, contacts, the trail of the tool.
 
 import * as THREE from "three";
 import { css } from "./dom.js";

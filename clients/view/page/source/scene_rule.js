@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What gives the scene its measure: the grid, the axes with their letters, scales of the arrows.
+// Draws the measures of the scene: the grid, the axes with their letters, scales of the arrows.
 
 import * as THREE from "three";
 import { css } from "./dom.js";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the numbers of proto/wire/wire.h mean, in sentences, and what to do. The one table of it.
+// The meaning of the numbers of proto/wire/wire.h, in sentences, and what to do. The one table of it.
 
 /** ServoFlag by bit: [bit, short word, level, remedy]. Level: ok, note, warn or bad. */
 export const kServoFlags = [

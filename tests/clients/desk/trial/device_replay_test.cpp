@@ -20,7 +20,7 @@ std::vector<DeviceBytes> recorded() {
   return read_device_bytes(in);
 }
 
-/// What the driver made of a recording, tick by tick.
+/// The states that the driver made of a recording, tick by tick.
 std::vector<DeviceState> played(test::DeviceReplay& replay) {
   MotorDevice driver(woodenhaptics_arm(), {}, replay.driver_end());
   std::vector<DeviceState> states;

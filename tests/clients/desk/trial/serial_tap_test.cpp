@@ -24,7 +24,7 @@ std::string said(const std::vector<DeviceBytes>& pieces, bool by_device) {
   return all;
 }
 
-/// What can be read within a second.
+/// The bytes that can be read within a second.
 std::string read_from(int fd, size_t size) {
   std::string text;
   pollfd waiting{fd, POLLIN, 0};

@@ -17,7 +17,7 @@ using namespace haptic::test;
 namespace {
 
 constexpr uint64_t kShort = 250;
-constexpr RigidPoseJudge::Springs kSprings{1000, 2};
+constexpr WayLeftJudge::Springs kSprings{1000, 2};
 
 /// A session of the god-object on a plate in which `falsify` changes what the check is given for
 /// tick 200.
@@ -42,7 +42,7 @@ RigidJudge::Found falsified(const Falsify& falsify) {
 TEST_CASE("eval rigid: what is left of a way above a plane", "[lab]") {
   const RigidScene scene = box_on_plate();
   constexpr double kMargin = 1e-6, kBand = 10e-6;
-  RigidPoseJudge judge(scene.object, scene.tool, kSprings);
+  WayLeftJudge judge(scene.object, scene.tool, kSprings);
   const Pose touching{{0, 0, 10e-3 + kMargin}, {}};
   CHECK_FALSE(judge.is_entered(touching));
   // straight in: nothing
@@ -69,13 +69,13 @@ TEST_CASE("eval rigid: what is left of a way above a plane", "[lab]") {
 
 TEST_CASE("eval rigid: a pose inside is seen, by its surface or by what holds it", "[lab]") {
   const RigidScene plate = box_on_plate();
-  const RigidPoseJudge judge(plate.object, plate.tool, kSprings);
+  const WayLeftJudge judge(plate.object, plate.tool, kSprings);
   CHECK(judge.is_entered({{0, 0, 10e-3 - 1e-9}, {}}));
   CHECK_FALSE(judge.is_entered({{0, 0, 10e-3 + 1e-9}, {}}));
   const RigidScene held = rigid_scene("held", make_box({1, 1, 1}), make_box({0.1, 0.1, 0.1}));
-  CHECK(RigidPoseJudge(held.object, held.tool, kSprings).is_entered({}));
-  CHECK(RigidPoseJudge(held.tool, held.object, kSprings).is_entered({}));
-  CHECK_FALSE(RigidPoseJudge(held.object, held.tool, kSprings).is_entered({{2, 0, 0}, {}}));
+  CHECK(WayLeftJudge(held.object, held.tool, kSprings).is_entered({}));
+  CHECK(WayLeftJudge(held.tool, held.object, kSprings).is_entered({}));
+  CHECK_FALSE(WayLeftJudge(held.object, held.tool, kSprings).is_entered({{2, 0, 0}, {}}));
 }
 
 TEST_CASE("eval rigid: planted faults are found", "[lab][trap]") {
@@ -189,7 +189,7 @@ TEST_CASE("eval rigid: shaken in a tight hole and on a scan nothing meets", "[la
     const ToolBody body = tool_body(scene.tool.mesh, {});
     GodObject6 god(objects, scene.tool, body, god_object_options({}, body));
     REQUIRE(god.place(X_WO, scene.home));
-    const RigidPoseJudge judge(scene.object, scene.tool, kSprings);
+    const WayLeftJudge judge(scene.object, scene.tool, kSprings);
     NearFront front(scene.object, scene.tool);
     const ShakingHand hand(scene.home, scene.shaking, 1);
     size_t held = 0;

@@ -48,7 +48,7 @@ TEST_CASE("frame: carried through the opening and laid on its pins, never inside
   Lockstep lockstep(frame.config, frame.shapes, *device);
   std::vector<RigidPoseJudge> judges;
   for (const BakedShape& object : frame.baked.objects) {
-    judges.emplace_back(object.shape, frame.baked.tool->shape, RigidPoseJudge::Springs{});
+    judges.emplace_back(object.shape, frame.baked.tool->shape);
   }
   size_t answers = 0, in_opening = 0;
   bool was_before = false, is_behind = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/report/spectrum.h"
+#include "clients/lab/support/spectrum.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for clients/report/spectrum.cpp, against sines of known frequency.
-#include "clients/report/spectrum.h"
+// Tests for clients/lab/support/spectrum.cpp, against sines of known frequency.
+#include "clients/lab/support/spectrum.h"
 
 #include <numbers>
 #include <vector>
