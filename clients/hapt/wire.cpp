@@ -90,7 +90,7 @@ Json layout_of(const RecordRow& record) {
   return {{"size", record.size}, {"fields", fields}};
 }
 
-void print_json(std::ostream& out) {
+void print_places(std::ostream& out) {
   Json records;
   for (const RecordRow& record : all_records()) {
     records[std::string(record.name)] = layout_of(record);
@@ -105,7 +105,7 @@ void add_wire_command(Command& app) {
   Command command = app.subcommand("wire", "Print the records of the rings, field by field");
   command.flag("--json", *as_json, "for programs, with the place of every field");
   command.example("hapt wire --json");
-  command.action([as_json] { *as_json ? print_json(std::cout) : print_page(std::cout); });
+  command.action([as_json] { *as_json ? print_places(std::cout) : print_page(std::cout); });
 }
 
 }  // namespace haptic

@@ -17,7 +17,7 @@ inline constexpr int kHousekeepingPriority = 40;
 // above whoever watches: a ring holds four seconds, and sixty busy viewers may take longer from a
 // recorder of normal priority
 inline constexpr int kRecorderPriority = 10;
-inline constexpr int kTorturePriority = 5;    // sees every frame; under the recorder it breaks
-inline constexpr int kWitnessPriority = 1;    // is held up by all real-time work, and nothing else
+inline constexpr int kTorturePriority = 5;  // sees every frame; under the recorder it breaks
+inline constexpr int kWitnessPriority = 1;  // is held up by all real-time work, and nothing else
 
 }  // namespace haptic

@@ -8,7 +8,6 @@
 
 #include "clients/hapt/scratch_folder.h"
 #include "clients/lab/bench/workloads/workload.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/cache.h"

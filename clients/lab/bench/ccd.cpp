@@ -9,7 +9,6 @@
 #include "clients/lab/bench/reference/redon_intervals.h"
 #include "clients/lab/bench/workloads/proximity.h"
 #include "clients/lab/bench/workloads/turns.h"
-#include "clients/lab/support/lab_rows.h"
 #include "contact/query/sweep/swept_mesh.h"
 #include "proto/config/command_line.h"
 #include "proto/os/environment.h"

@@ -10,7 +10,6 @@
 #include "clients/lab/bench/peers/closest.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/bench/workloads/workload.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/scan.h"
 #include "contact/bake/bake.h"
 #include "contact/query/point/closest_point.h"

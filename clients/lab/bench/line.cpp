@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "clients/lab/support/lab_rows.h"
 #include "clients/library/histogram.h"
 #include "device-io/woodenhaptics/protocol.h"
 #include "proto/config/command_line.h"

@@ -8,7 +8,6 @@
 
 #include "clients/lab/bench/workloads/lod_pairs.h"
 #include "clients/lab/bench/workloads/turns.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "contact/bake/session.h"

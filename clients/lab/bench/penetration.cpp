@@ -7,7 +7,6 @@
 #include "clients/lab/bench/workloads/convex_pairs.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/selftest/rt_guard.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "contact/bake/convex/hull_of_points.h"
 #include "contact/query/convex/closest_features.h"

@@ -7,7 +7,6 @@
 #include "clients/lab/eval/mesh/renderer.h"
 #include "clients/lab/eval/scenes/workload.h"
 #include "clients/lab/selftest/rt_guard.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "clients/library/histogram.h"

@@ -10,7 +10,6 @@
 #include "clients/lab/bench/workloads/proximity.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/selftest/rt_guard.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/query/proximity/near_contacts.h"

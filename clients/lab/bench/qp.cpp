@@ -9,7 +9,6 @@
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/selftest/rt_guard.h"
 #include "clients/lab/support/dice.h"
-#include "clients/lab/support/lab_rows.h"
 #include "proto/config/command_line.h"
 #include "proto/math/coulomb.h"
 #include "proto/math/lcp.h"

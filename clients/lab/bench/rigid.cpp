@@ -12,7 +12,6 @@
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/eval/scenes/rigid_scenes.h"
 #include "clients/lab/eval/way_left.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/scan.h"
 #include "clients/lab/support/thread_cpu.h"
 #include "clients/library/histogram.h"

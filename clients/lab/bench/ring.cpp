@@ -9,7 +9,6 @@
 #include <tuple>
 
 #include "clients/lab/bench/workloads/burst.h"
-#include "clients/lab/support/lab_rows.h"
 #include "proto/ipc/segment.h"
 #include "proto/math/units.h"
 #include "proto/os/progress.h"

@@ -11,7 +11,6 @@
 #include "clients/lab/bench/reference/segment_searches.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/bench/workloads/workload.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/scan.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/grid.h"

@@ -13,7 +13,6 @@
 #include "clients/lab/bench/live_session.h"
 #include "clients/lab/bench/workloads/viewers.h"
 #include "clients/lab/support/forked_process.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "proto/config/command_line.h"
 #include "proto/ipc/sessions.h"

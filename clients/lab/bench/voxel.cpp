@@ -15,7 +15,6 @@
 #include "clients/lab/bench/workloads/lod_pairs.h"
 #include "clients/lab/bench/workloads/turns.h"
 #include "clients/lab/eval/scenes/workload.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/median.h"
 #include "clients/lab/support/scan.h"
 #include "clients/lab/support/soups.h"

@@ -13,7 +13,6 @@
 #include "clients/lab/bench/peers/bodies.h"
 #include "clients/lab/bench/scene_steps.h"
 #include "clients/lab/bench/workloads/turns.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/median.h"
 #include "clients/lab/support/thread_cpu.h"

@@ -7,7 +7,6 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/options.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/lockstep.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"

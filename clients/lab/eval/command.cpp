@@ -8,7 +8,6 @@
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/report/session_plot.h"

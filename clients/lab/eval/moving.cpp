@@ -9,7 +9,6 @@
 
 #include "clients/lab/eval/oracle/exact_cgal.h"
 #include "clients/lab/eval/rigid.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "clients/lab/eval/drag.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "contact/detect/body/cluster_contact.h"
 #include "contact/detect/body/exact.h"

@@ -6,7 +6,6 @@
 
 #include "clients/lab/eval/oracle/place.h"
 #include "clients/lab/eval/oracle/rest_cgal.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/lockstep.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"

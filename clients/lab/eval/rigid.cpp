@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "clients/hapt/options.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scan.h"

@@ -5,7 +5,6 @@
 #include <random>
 
 #include "clients/lab/eval/mesh/renderer.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"

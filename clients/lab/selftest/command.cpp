@@ -9,7 +9,6 @@
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
 #include "clients/lab/selftest/guarded_loop.h"
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/report/report.h"
 #include "contact/bake/session.h"

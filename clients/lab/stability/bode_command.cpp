@@ -10,8 +10,8 @@
 #include "clients/lab/stability/axis_options.h"
 #include "clients/lab/stability/bode.h"
 #include "clients/lab/support/measurement.h"
-#include "proto/os/text.h"
 #include "clients/report/plot_svg.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {

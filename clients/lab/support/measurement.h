@@ -5,6 +5,7 @@
 #include <functional>
 #include <initializer_list>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <span>
 #include <string>
@@ -16,6 +17,11 @@
 #include "proto/config/command_line.h"
 
 namespace haptic {
+
+/// A goal that applies only if `fair`.
+inline std::optional<double> goal_if(bool fair, double goal) {
+  return fair ? std::optional(goal) : std::nullopt;
+}
 
 /// The rows that a measurement fills in; `print` shows them to people, and is empty where a table
 /// does.

@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "clients/hapt/options.h"
-#include "proto/os/text.h"
 #include "proto/config/devices.h"
 #include "proto/os/session_file.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 

@@ -18,7 +18,7 @@
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
 #include "clients/hapt/scratch_folder.h"
-#include "clients/lab/support/lab_rows.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/lab/torture/account.h"
 #include "clients/lab/torture/faults.h"
 #include "clients/report/report.h"

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "proto/os/text.h"
 #include "proto/math/units.h"
 #include "proto/os/realtime.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {

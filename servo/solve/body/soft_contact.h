@@ -4,8 +4,8 @@
 #include <optional>
 #include <span>
 
-#include "servo/solve/coupled_body.h"
 #include "servo/solve/carried_contacts.h"
+#include "servo/solve/coupled_body.h"
 
 namespace haptic {
 

@@ -30,7 +30,8 @@ struct Nursery {
   test::TemporaryRuntimeFolder folder;
   std::string text = read_config_text(test::from_source("configs/plane.toml"));
   HapticdLog log{false};
-  std::unique_ptr<SessionRun> session{new SessionRun{parse_config(text, "plane.toml"), text, "nursery", log}};
+  std::unique_ptr<SessionRun> session{
+      new SessionRun{parse_config(text, "plane.toml"), text, "nursery", log}};
   std::unique_ptr<Attachments> attachments =
       std::make_unique<Attachments>(connect_session("nursery"));
   Children children{*session, *attachments};

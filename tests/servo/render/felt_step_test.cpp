@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Tests for servo/render/body_solver.cpp. Truth: closed forms, projections onto convex bodies,
 // the same motion seen from a frame that turns.
-#include "servo/render/body_solver.h"
 #include "proto/math/units.h"
+#include "servo/render/body_solver.h"
 
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"

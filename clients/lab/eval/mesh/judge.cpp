@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clients/lab/support/lab_rows.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/lab/support/median.h"
 
 namespace haptic {

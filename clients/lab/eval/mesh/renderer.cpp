@@ -5,7 +5,7 @@
 
 #include "clients/lab/eval/mesh/friction.h"
 #include "clients/lab/eval/oracle/oracle.h"
-#include "clients/lab/support/lab_rows.h"
+#include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "clients/report/plot_svg.h"

@@ -5,7 +5,6 @@
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/offline_session.h"
 #include "proto/os/text.h"
-#include "proto/os/text.h"
 #include "proto/wire/renderer.h"
 
 #include <algorithm>

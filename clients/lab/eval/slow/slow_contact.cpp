@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "clients/lab/support/lab_rows.h"
 #include "clients/lab/support/lockstep.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
