@@ -250,6 +250,8 @@ TEMPLATE_TEST_CASE("ring: a slot with a wrong count, begin or length is refused 
     copy_ring(*good, *ring);
     const uint64_t n = good->published() - 1;
     const size_t slot = 8 * (kHeadWords + kSlotWords * (n % TestType::kCapacity));
+    uint64_t length;
+    std::memcpy(&length, reinterpret_cast<const std::byte*>(good.get()) + slot + 16, 8);
     const auto patch = [&](size_t at, uint64_t value) {
       std::memcpy(reinterpret_cast<std::byte*>(ring.get()) + at, &value, 8);
     };
@@ -267,6 +269,8 @@ TEMPLATE_TEST_CASE("ring: a slot with a wrong count, begin or length is refused 
     // one that gets nothing keeps its old item, and of what it gets nothing is beyond the counts
     if (!got) REQUIRE(std::memcmp(before.get(), out.get(), sizeof(Item)) == 0);
     if (got) REQUIRE(same_in_use(*out, *out));
+    // a length that the counts do not make is no writer of ours
+    if (kind == 1) REQUIRE(got == (odd == length));
     if (got && kind == 1) REQUIRE(same_in_use(*out, *item));
     ring->prefetch();
     ring->prefetch_newest();
