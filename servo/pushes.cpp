@@ -9,6 +9,10 @@
 
 namespace haptic {
 
+uint32_t count_pushable(const SceneFrame* scene) {
+  return scene != nullptr ? std::min(scene->n_responses, kMaxObjects) : 0;
+}
+
 void continue_pushes(PushCounters& pushes, int64_t t_ns, bool holds_force, double dt) {
   HAPTIC_ASSERT(dt > 0);
   if (pushes.since_ns == 0) pushes.since_ns = pushes.t_ns = t_ns;
@@ -30,9 +34,9 @@ void note_pushes(PushCounters& pushes, const Pushing& pushing, double dt) {
   const auto& [scene, placed, rendered, at_W, felt] = pushing;
   // what is not felt may be anything, as after a fault
   if (felt.force == 0 && felt.torque == 0) return;
-  const bool are_taken =
-      scene == nullptr || takes_pushes(*scene, kFirstHand, pushes.since_ns, pushes.t_ns);
-  for (uint32_t i = 0; i < kMaxObjects; ++i) {
+  if (scene == nullptr) return;
+  const bool are_taken = takes_pushes(*scene, kFirstHand, pushes.since_ns, pushes.t_ns);
+  for (uint32_t i = 0; i < count_pushable(scene); ++i) {
     if (rendered.push_W[i] == Wrench{}) continue;
     const Wrench push_W = shift(rendered.push_W[i], rendered.X_WP.p - at_W);
     const Wrench given_W{-dt * felt.force * push_W.f, -dt * felt.torque * push_W.t};

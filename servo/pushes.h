@@ -9,6 +9,9 @@
 
 namespace haptic {
 
+/// Objects up to the last one that the scene says a push can move; 0: no scene has come.
+uint32_t count_pushable(const SceneFrame* scene);
+
 /// Impulses that the objects have been pushed with (ServoFrame).
 struct PushCounters {
   std::array<Wrench, kMaxObjects> impulse_W{};
@@ -33,9 +36,9 @@ struct Pushing {
   FeltShare felt;
 };
 
-/// Counts what the objects are pushed with in this tick: the opposite of what they push the proxy
-/// with, as far as the hand feels it. What no sim moves a body by is forgotten: it is not given to
-/// the body later.
+/// Counts what the objects that can be pushed are pushed with in this tick: the opposite of what
+/// they push the proxy with, as far as the hand feels it. What no sim moves a body by is forgotten:
+/// it is not given to the body later.
 void note_pushes(PushCounters& pushes, const Pushing& pushing, double dt);
 
 }  // namespace haptic

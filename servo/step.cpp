@@ -49,8 +49,11 @@ ServoFrame frame_of(const ServoState& state, const ServoInput& input, const Tick
   // where nothing is felt nothing holds
   if ((flags & kServoClosed) == 0) frame.held_back_W = rendered.held_back_W;
 
-  frame.object_impulse_W = state.pushes.impulse_W;
-  frame.object_impulse_time_W = state.pushes.impulse_time_W;
+  frame.n_pushable = count_pushable(input.scene);
+  for (uint32_t i = 0; i < frame.n_pushable; ++i) {
+    frame.object_impulse_W[i] = state.pushes.impulse_W[i];
+    frame.object_impulse_time_W[i] = state.pushes.impulse_time_W[i];
+  }
   frame.forgotten_impulse_W = state.pushes.forgotten_W;
   frame.impulses_since_ns = state.pushes.since_ns;
   return frame;

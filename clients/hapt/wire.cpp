@@ -20,6 +20,8 @@ constexpr std::string_view kIntroduction =
 What the rings hold, what a recording holds, and what every client reads: `hapt wire` prints this page from the list that the structs themselves are made of, [proto/wire/records.def](../proto/wire/records.def). `hapt wire --json` says the same to programs, with the place of every field.
 
 Numbers are little endian, and every record is a multiple of 8 bytes without padding. A `Vec3` is x, y, z; a `Pose` is position and orientation, a quaternion x, y, z, w; a `Twist` is v and ω; a `Wrench` is force and torque: all `double`. The frame is what the name ends with: W world, B device base, H handle, T tool, P proxy, G verified proxy, O object; `X_WT` is the pose of T in W, `V_WT` its velocity, both with the axes of W. *Since* is the layout that brought the field: an older recording is read with the value that stands there.
+
+An array `T[most; n]` has `most` elements, of which the first `n` are in use: `n` is a field of the record, and a larger one counts as `most`. A recording holds the whole record, as it is here. A ring holds a record with such arrays packed: first the words of all other fields, then of each of these arrays the elements in use, both in the order of their bytes.
 )";
 
 /// The unit at the start of a field's doc, or that of its type; and the rest.
@@ -54,7 +56,8 @@ std::string frame_of(std::string_view name) {
 
 std::string row_of(const RecordField& field) {
   const auto [unit, text] = unit_and_text(field);
-  const std::string count = field.count > 0 ? fmt::format("[{}]", field.count) : "";
+  const std::string used = field.counted_by.empty() ? "" : fmt::format("; {}", field.counted_by);
+  const std::string count = field.count > 0 ? fmt::format("[{}{}]", field.count, used) : "";
   const Since& since = field.since;
   const std::string age =
       since.layout > 1 ? fmt::format("{}: {}, {}", since.layout, since.value, since.why) : "";
@@ -78,19 +81,16 @@ Json layout_of(const RecordRow& record) {
   Json fields = Json::array();
   for (const RecordField& field : record.fields) {
     const auto [unit, text] = unit_and_text(field);
-    fields.push_back({{"name", field.name},
-                      {"type", field.type},
-                      {"count", field.count},
-                      {"offset", field.offset},
-                      {"size", field.size},
-                      {"unit", unit},
-                      {"what", text},
-                      {"since", field.since.layout}});
+    Json row{{"name", field.name},     {"type", field.type},         {"count", field.count},
+             {"offset", field.offset}, {"size", field.size},         {"unit", unit},
+             {"what", text},           {"since", field.since.layout}};
+    if (!field.counted_by.empty()) row["counted_by"] = field.counted_by;
+    fields.push_back(std::move(row));
   }
   return {{"size", record.size}, {"fields", fields}};
 }
 
-void print_places(std::ostream& out) {
+void print_layouts(std::ostream& out) {
   Json records;
   for (const RecordRow& record : all_records()) {
     records[std::string(record.name)] = layout_of(record);
@@ -105,7 +105,7 @@ void add_wire_command(Command& app) {
   Command command = app.subcommand("wire", "Print the records of the rings, field by field");
   command.flag("--json", *as_json, "for programs, with the place of every field");
   command.example("hapt wire --json");
-  command.action([as_json] { *as_json ? print_places(std::cout) : print_page(std::cout); });
+  command.action([as_json] { *as_json ? print_layouts(std::cout) : print_page(std::cout); });
 }
 
 }  // namespace haptic

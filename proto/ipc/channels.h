@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <tuple>
 
@@ -66,28 +65,15 @@ constexpr bool may_offer(SegmentId child, SegmentId id) {
   return id == child || (child == contact_segment(kFirstHand) && is_eye(id));
 }
 
-/// The contacts from n_contacts on.
-constexpr UnusedBytes unused_bytes(const ContactSet& set) {
-  constexpr size_t kFirst = offsetof(ContactSet, contacts);
-  const size_t n = std::min(set.n_contacts, kMaxContacts);
-  return {kFirst + n * sizeof(Contact), kFirst + sizeof(ContactSet::contacts)};
-}
-
-/// The responses from n_responses on.
-constexpr UnusedBytes unused_bytes(const SceneFrame& frame) {
-  constexpr size_t kFirst = offsetof(SceneFrame, responses);
-  const size_t n = std::min(frame.n_responses, kMaxObjects);
-  return {kFirst + n * sizeof(ObjectResponse), kFirst + sizeof(SceneFrame::responses)};
-}
-
 /// The rings of each process. 4096 frames of servo and contact are four seconds at 1 kHz: they
 /// survive a crash of the writer, and a recorder may be that late on a busy machine. Four seconds
-/// of contact hold 7 contacts in each set; sets of 64 fill the ring in one. Two seconds of sim at
-/// 1 kHz hold four bodies with mass, 0.7 seconds sixteen.
+/// of the servo hold 7 objects that a push can move, 2.7 seconds sixteen. Four seconds of contact
+/// hold 7 contacts in each set; sets of 64 fill the ring in one. Two seconds of sim at 1 kHz hold
+/// four bodies with mass, 0.7 seconds sixteen.
 struct ServoChannels {
   static constexpr SegmentId kId = servo_segment(kFirstHand);
   static constexpr const char* kName = servo_name(kFirstHand);
-  Ring<ServoFrame, 4096> frames;
+  PackedRing<ServoFrame, 4096, 6 << 20> frames;
   Ring<Event, 256> events;
   Ring<DeviceRelease, 4> releases;
   using Rings = std::tuple<decltype(frames), decltype(events), decltype(releases)>;

@@ -10,36 +10,116 @@
 #include <cstring>
 #include <type_traits>
 
+#include "proto/wire/parts.h"
+
 namespace haptic {
 
-/// Bytes [begin, end) of a record are not in use; `end` is the same for all records of a type.
-struct UnusedBytes {
-  size_t begin, end;
+/// How a record with parts (kParts) is packed: first the words outside of all parts, then of each
+/// part the elements in use, both in the order of their bytes. The counts are outside of parts, so
+/// their places are known and say where all that follows lies.
+template <typename T>
+struct Packing {
+  static constexpr size_t kCount = kParts<T>.size();
+  using Used = std::array<size_t, kCount>;  // bytes in use of each part
+
+  /// Bytes of the parts that begin before this place of the record.
+  static constexpr size_t parts_before(size_t place) {
+    size_t bytes = 0;
+    for (const RecordPart& part : kParts<T>)
+      bytes += part.offset < place ? part.most * part.element : 0;
+    return bytes;
+  }
+
+  static constexpr size_t kWords = sizeof(T) / 8;
+  static constexpr size_t kFixedWords = kWords - parts_before(sizeof(T)) / 8;
+
+  /// Parts are whole words, one behind the other, and no count lies in one.
+  static constexpr bool is_sound() {
+    size_t end = 0;
+    for (const RecordPart& part : kParts<T>) {
+      if (part.offset < end || part.offset % 8 != 0 || part.element % 8 != 0) return false;
+      end = part.offset + part.most * part.element;
+      for (const RecordPart& other : kParts<T>) {
+        if (other.count >= part.offset && other.count < end) return false;
+      }
+    }
+    return kCount > 0 && end <= sizeof(T);
+  }
+
+  /// From the bytes of a record or, if `packed`, of its words in a ring.
+  static Used used(const std::byte* bytes, bool packed) noexcept {
+    Used used;
+    for (size_t k = 0; k < kCount; ++k) {
+      const RecordPart& part = kParts<T>[k];
+      uint32_t count;
+      std::memcpy(&count, bytes + part.count - (packed ? parts_before(part.count) : 0), 4);
+      used[k] = std::min<size_t>(count, part.most) * part.element;
+    }
+    return used;
+  }
+
+  static size_t words(const Used& used) noexcept {
+    size_t words = kFixedWords;
+    for (const size_t bytes : used) words += bytes / 8;
+    return words;
+  }
+
+  /// Calls run(place in the record [bytes], length [bytes]) for each run of words that is packed,
+  /// in their order.
+  template <typename Run>
+  static void for_each_run(const Used& used, const Run& run) noexcept {
+    size_t end = 0;
+    for (const RecordPart& part : kParts<T>) {
+      run(end, part.offset - end);
+      end = part.offset + part.most * part.element;
+    }
+    run(end, sizeof(T) - end);
+    for (size_t k = 0; k < kCount; ++k) run(kParts<T>[k].offset, used[k]);
+  }
+
+  /// Copies the packed words to their places, and clears what only the old item used.
+  static void lay_out(const std::byte* packed, const Used& used, T& out) noexcept {
+    auto* bytes = reinterpret_cast<std::byte*>(&out);
+    const Used before = Packing::used(bytes, false);
+    for_each_run(used, [&](size_t place, size_t length) {
+      std::memcpy(bytes + place, packed, length);
+      packed += length;
+    });
+    for (size_t k = 0; k < kCount; ++k) {
+      if (before[k] <= used[k]) continue;
+      std::memset(bytes + kParts<T>[k].offset + used[k], 0, before[k] - used[k]);
+    }
+  }
 };
 
-/// A Ring (ring.h) of records whose length varies: only the words in use are copied and take room,
-/// so that many short items or few long ones stay readable. unused_bytes(record) says which are
-/// not.
+/// A Ring (ring.h) of records whose length varies, packed (Packing): only the words in use are
+/// copied and take room, so that many short items or few long ones stay readable.
 ///
 /// The words of item n lie in a circular array, from `begin` on. They belong to it as long as the
 /// ticket in slot n % kSlots is n + 1. Before the writer overwrites a word or a slot it sets the
 /// tickets of the items that it takes them from to 0, oldest first. It stores each word with
 /// release order, so a reader that copied a word of a later item finds its ticket gone. A killed
 /// writer has cost the items that it took back for the next one; all from oldest() on are readable.
+///
+/// A reader copies as many words as the slot says, looks at the ticket again, and only then lays
+/// them out as the counts among them say; a length that they do not make is no writer of ours. So
+/// whatever the memory holds, it stays in bounds, and one that gets nothing keeps its old item.
+/// Until then the words are on its stack, where only those of the item are touched.
 template <typename T, uint64_t kSlots, size_t kBytes,
           template <typename> class Atomic = std::atomic>
 class PackedRing {
+  using Pack = Packing<T>;
   static_assert(std::is_trivially_copyable_v<T> && sizeof(T) % 8 == 0 && kBytes % 8 == 0);
   static_assert(std::has_single_bit(kSlots) && kSlots >= 4 && kBytes >= 2 * sizeof(T));
-  static_assert(Atomic<uint64_t>::is_always_lock_free);
-  static constexpr size_t kItemWords = sizeof(T) / 8;
-  static constexpr size_t kFrontWords = unused_bytes(T{}).end / 8;  // at most, before the gap
-  static constexpr size_t kBackWords = kItemWords - kFrontWords;
+  static_assert(Atomic<uint64_t>::is_always_lock_free && Pack::is_sound());
+  // half of what RealtimeOptions::prefault_stack touches of a stack in advance
+  static_assert(sizeof(T) <= 128 * 1024);
 
   struct alignas(32) Slot {
     Atomic<uint64_t> ticket;
     Atomic<uint64_t> begin;  // in words since the first item
-    Atomic<uint64_t> front;  // words before the gap
+    // of the item; relaxed: that of another item ends at the counts, or its ticket is gone
+    Atomic<uint64_t> words;
   };
   // own pair of cache lines: readers poll them while the writer fills slots
   alignas(128) Atomic<uint64_t> count_{0};
@@ -53,30 +133,44 @@ class PackedRing {
   static constexpr uint64_t kCapacity = kSlots;
   static constexpr uint64_t kWords = kBytes / 8;
 
+  /// Writer only, a few microseconds before publish: prefetches the cache lines of the next slot
+  /// and of as many words as the last item has (Ring::prefetch).
+  void prefetch() const noexcept {
+    const uint64_t n = count_.load(std::memory_order_relaxed);
+    const uint64_t newest_words = slots_[(n - 1) % kSlots].words.load(std::memory_order_relaxed);
+    __builtin_prefetch(&slots_[n % kSlots], 1);
+    __builtin_prefetch(&slots_[oldest_.load(std::memory_order_relaxed) % kSlots], 1);
+    const size_t at = end_.load(std::memory_order_relaxed) % kWords;
+    for_each_line(at, newest_words, [](const void* line) { __builtin_prefetch(line, 1); });
+  }
+
   /// Writer only. One copy, independent of the readers.
   void publish(const T& value) noexcept {
+    const auto* bytes = reinterpret_cast<const std::byte*>(&value);
     const uint64_t n = count_.load(std::memory_order_relaxed);
     const uint64_t begin = end_.load(std::memory_order_relaxed);
-    const size_t front = unused_bytes(value).begin / 8;
-    const uint64_t end = begin + front + kBackWords;
-    make_room(n, end);
+    const typename Pack::Used used = Pack::used(bytes, false);
+    const size_t n_words = Pack::words(used);
+    make_room(n, begin + n_words);
     Slot& slot = slots_[n % kSlots];
     slot.begin.store(begin, std::memory_order_release);
-    slot.front.store(front, std::memory_order_release);
-    const auto* bytes = reinterpret_cast<const std::byte*>(&value);
-    const size_t at = begin % kWords;
-    // `gap`: words of the value left out before these
-    const auto store = [&](size_t from, size_t to, size_t gap) {
-      for (size_t i = from; i < to; ++i) {
-        uint64_t word;
-        std::memcpy(&word, bytes + 8 * (i + gap), 8);
-        words_[around(at + i)].store(word, std::memory_order_release);
-      }
-    };
-    store(0, front, 0);
-    store(front, front + kBackWords, kFrontWords - front);
+    slot.words.store(n_words, std::memory_order_relaxed);
+    size_t at = begin % kWords;
+    Pack::for_each_run(used, [&](size_t place, size_t length) {
+      const auto store = [&](size_t count) {
+        for (size_t i = 0; i < count; ++i, place += 8) {
+          uint64_t word;
+          std::memcpy(&word, bytes + place, 8);
+          words_[at + i].store(word, std::memory_order_release);
+        }
+        at = (at + count) % kWords;
+      };
+      const size_t before_end = std::min(length / 8, kWords - at);
+      store(before_end);
+      store(length / 8 - before_end);
+    });
     slot.ticket.store(n + 1, std::memory_order_release);
-    end_.store(end, std::memory_order_relaxed);
+    end_.store(begin + n_words, std::memory_order_relaxed);
     count_.store(n + 1, std::memory_order_release);
   }
 
@@ -86,10 +180,9 @@ class PackedRing {
     const uint64_t n = published();
     const Slot& slot = slots_[(n - 1) % kSlots];
     if (n == 0 || slot.ticket.load(std::memory_order_acquire) != n) return;
-    const size_t at = slot.begin.load(std::memory_order_relaxed) % kWords;
-    const size_t n_words =
-        std::min<uint64_t>(slot.front.load(std::memory_order_relaxed), kFrontWords) + kBackWords;
-    for (size_t i = 0; i < n_words; i += 8) __builtin_prefetch(&words_[around(at + i)]);
+    for_each_line(slot.begin.load(std::memory_order_relaxed) % kWords,
+                  slot.words.load(std::memory_order_relaxed),
+                  [](const void* line) { __builtin_prefetch(line); });
   }
 
   /// Items published so far; the newest is published() − 1.
@@ -107,19 +200,21 @@ class PackedRing {
     const Slot& slot = slots_[n % kSlots];
     if (slot.ticket.load(std::memory_order_acquire) != n + 1) return false;
     const size_t at = slot.begin.load(std::memory_order_acquire) % kWords;
-    const uint64_t front = slot.front.load(std::memory_order_acquire);
-    if (front > kFrontWords) return false;  // no writer of ours
-    // copied first: a reader that gets nothing keeps its old item
-    std::array<uint64_t, kItemWords> w;
-    for (size_t i = 0; i < front + kBackWords; ++i) {
-      w[i] = words_[around(at + i)].load(std::memory_order_acquire);
+    const uint64_t n_words = slot.words.load(std::memory_order_relaxed);
+    if (n_words < Pack::kFixedWords || n_words > Pack::kWords) return false;
+    std::array<uint64_t, Pack::kWords> words;
+    const size_t before_end = std::min<size_t>(n_words, kWords - at);
+    for (size_t i = 0; i < before_end; ++i) {
+      words[i] = words_[at + i].load(std::memory_order_acquire);
+    }
+    for (size_t i = before_end; i < n_words; ++i) {
+      words[i] = words_[i - before_end].load(std::memory_order_acquire);
     }
     if (slot.ticket.load(std::memory_order_relaxed) != n + 1) return false;
-    const size_t used = unused_bytes(out).begin / 8;
-    auto* bytes = reinterpret_cast<std::byte*>(&out);
-    std::memcpy(bytes, w.data(), 8 * front);
-    if (used > front) std::memset(bytes + 8 * front, 0, 8 * (used - front));
-    std::memcpy(bytes + 8 * kFrontWords, w.data() + front, 8 * kBackWords);
+    const auto* packed = reinterpret_cast<const std::byte*>(words.data());
+    const typename Pack::Used used = Pack::used(packed, true);
+    if (Pack::words(used) != n_words) return false;
+    Pack::lay_out(packed, used, out);
     return true;
   }
 
@@ -131,6 +226,14 @@ class PackedRing {
 
  private:
   static constexpr size_t around(size_t place) { return place < kWords ? place : place - kWords; }
+
+  /// Calls look(address) for a word in each cache line of an item that begins there.
+  template <typename Look>
+  void for_each_line(size_t at, uint64_t n_words, Look look) const noexcept {
+    const size_t most = std::min<uint64_t>(n_words, Pack::kWords);
+    for (size_t i = 0; i < most; i += 8) look(&words_[around(at + i)]);
+    if (most > 0) look(&words_[around(at + most - 1)]);
+  }
 
   /// Takes back the oldest items until slot n % kSlots and the words before `end` are free.
   void make_room(uint64_t n, uint64_t end) noexcept {

@@ -19,6 +19,7 @@
 #include "proto/os/file_descriptor.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
+#include "proto/wire/parts.h"
 #include "proto/wire/schema.h"
 
 /// A segment: one writer's rings in one memfd, sealed so that nobody else can write or resize it.
@@ -96,10 +97,15 @@ constexpr uint64_t fnv1a(uint64_t value, uint64_t hash) {
   return hash;
 }
 
-/// Identity of a record type: size, alignment and, if it has one, its schema.
+/// Identity of a record type: size, alignment, parts and, if it has one, its schema.
 template <typename T>
 constexpr uint64_t record_hash() {
   uint64_t hash = fnv1a(alignof(T), fnv1a(uint64_t{sizeof(T)}, fnv1a("")));
+  for (const RecordPart& part : kParts<T>) {
+    for (const uint64_t number : {part.offset, part.element, part.most, part.count}) {
+      hash = fnv1a(number, hash);
+    }
+  }
   if constexpr (requires { Schema<T>::text; }) {
     hash = fnv1a(Schema<T>::name, hash);
     // of all records: one may be nested in another

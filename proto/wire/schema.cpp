@@ -268,12 +268,15 @@ const std::vector<RecordRow>& all_records() {
   {                                 \
     using Record = record;          \
     all.push_back({#record, writer, doc, Schema<record>::text, sizeof(Record), {}});
-#define ARRAY(type, count, field, ...) \
-  all.back().fields.push_back(         \
-      {#type, #field, count, offsetof(Record, field), sizeof(Record::field), __VA_ARGS__});
-#define FIELD(type, ...) ARRAY(type, 0, __VA_ARGS__)
+#define ROW(type, count, field, counted_by, ...)                              \
+  all.back().fields.push_back({#type, #field, count, offsetof(Record, field), \
+                               sizeof(Record::field), counted_by, __VA_ARGS__});
+#define FIELD(type, field, ...) ROW(type, 0, field, "", __VA_ARGS__)
+#define ARRAY(type, count, field, ...) ROW(type, count, field, "", __VA_ARGS__)
+#define PART(type, most, count, field, ...) ROW(type, most, field, #count, __VA_ARGS__)
 #define END(record) }
 #include "proto/wire/records.def"
+#undef ROW
 #undef SINCE
     return all;
   }();

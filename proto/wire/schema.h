@@ -24,8 +24,9 @@ struct Since {
 /// A field of a record as the list states it.
 struct RecordField {
   std::string_view type, name;
-  size_t count;         // of an array; 0: not one
-  size_t offset, size;  // [bytes]
+  size_t count;                 // of an array; 0: not one
+  size_t offset, size;          // [bytes]
+  std::string_view counted_by;  // the field that says how many of it are in use; empty: all are
   std::string_view doc, readers;
   Since since{};
 };

@@ -21,7 +21,7 @@ inline constexpr bool kIsWire = std::is_trivially_copyable_v<T>&& std::is_standa
 inline constexpr uint32_t kMaxObjects = 16;   // per scene
 inline constexpr uint32_t kMaxContacts = 64;  // per ContactSet
 inline constexpr uint32_t kMaxJoints = 16;    // per scene
-inline constexpr uint32_t kAbiMajor = 11;     // raise it when any struct below changes
+inline constexpr uint32_t kAbiMajor = 12;     // raise it when any struct below changes
 inline constexpr uint32_t kAbiMinor =
     0;  // raise it when a field gets a new meaning that old readers may ignore
 
@@ -143,6 +143,7 @@ inline constexpr uint32_t kServoClosed =
   static_assert(kIsWire<record>);
 #include "proto/wire/records.def"
 
+static_assert(std::tuple_size_v<decltype(ServoFrame::object_impulse_W)> == kMaxObjects);
 static_assert(std::tuple_size_v<decltype(ContactSet::X_WO)> == kMaxObjects);
 static_assert(std::tuple_size_v<decltype(ContactSet::contacts)> == kMaxContacts);
 static_assert(std::tuple_size_v<decltype(SceneFrame::joints)> == kMaxJoints);

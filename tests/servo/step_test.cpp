@@ -101,8 +101,7 @@ TEST_CASE("servo: contacts of a renderer that does not exist are not rendered", 
 
 TEST_CASE("servo: contacts move with their object", "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {})});
-  SceneFrame scene{};
-  scene.n_objects = 1;
+  SceneFrame scene = still_scene(1);
   scene.t_ns = 100 * kMs;
   scene.X_WO[0].p = {0, 0, 0.01};
   scene.V_WO[0].v = {0, 0, 1};
@@ -230,6 +229,8 @@ TEST_CASE("servo: nothing is pushed while nothing is felt", "[servo]") {
   control.translational_stiffness = 1000;
   control.armed = 1;
   ServoInput input = input_at(1, {0, 0, -1e-3}, set.get());
+  const SceneFrame scene = still_scene(1);
+  input.scene = &scene;
   input.control = &control;
   const double before = step_armed(model, state, input).object_impulse_W[0].f.z;
   CHECK(before == Approx(-1e-3));
@@ -256,7 +257,10 @@ TEST_CASE("servo: nothing is pushed while nothing is felt", "[servo]") {
 TEST_CASE("servo: a force that is no number pushes nothing", "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {0, 0, 1e200})});
   ServoState state;
-  const ServoFrame f = step_armed(plain_model(1000), state, input_at(1, {}, set.get()));
+  const SceneFrame scene = still_scene(1);
+  ServoInput input = input_at(1, {}, set.get());
+  input.scene = &scene;
+  const ServoFrame f = step_armed(plain_model(1000), state, input);
   CHECK((f.flags & haptic::kServoFault) != 0);
   CHECK(f.object_impulse_W[0] == haptic::Wrench{});
 }
@@ -293,10 +297,35 @@ TEST_CASE("servo: impulses of two objects share the force by their planes", "[se
   set->contacts[1].object = 1;
   set->n_objects = 2;
   ServoState state;
-  const ServoFrame f =
-      step_armed(plain_model(1000), state, input_at(1, {-1e-3, -2e-3, 0}, set.get()));
+  const SceneFrame scene = still_scene(2);
+  ServoInput input = input_at(1, {-1e-3, -2e-3, 0}, set.get());
+  input.scene = &scene;
+  const ServoFrame f = step_armed(plain_model(1000), state, input);
+  CHECK(f.n_pushable == 2);
   CHECK_THAT(f.object_impulse_W[0].f, IsNear({-1e-3, 0, 0}, 1e-15));
   CHECK_THAT(f.object_impulse_W[1].f, IsNear({0, -2e-3, 0}, 1e-15));
+}
+
+TEST_CASE("servo: what no push can move is counted nowhere, whatever the scene claims", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {})});
+  set->contacts[0].object = 1;
+  set->n_objects = 2;
+  const uint32_t n_responses = GENERATE(0u, 1u, 2u, ~0u);
+  const SceneFrame scene = still_scene(n_responses);
+  ServoState state;
+  ServoInput input = input_at(1, {0, 0, -1e-3}, set.get());
+  // before a scene has come nothing is known to move
+  step_armed(plain_model(1000), state, input);
+  CHECK(state.pushes.impulse_W[1] == haptic::Wrench{});
+  input.scene = &scene;
+  input.tick = 2, input.t_ns = 2 * kMs;
+  const ServoFrame f = step_armed(plain_model(1000), state, input);
+  CAPTURE(n_responses);
+  CHECK(f.F_device_B.f.z == Approx(1));
+  CHECK(f.n_pushable == std::min(n_responses, kMaxObjects));
+  const bool is_counted = n_responses > 1;
+  CHECK(f.object_impulse_W[1].f.z == (is_counted ? Approx(-1e-3) : Approx(0)));
+  CHECK(f.forgotten_impulse_W == Vec3{});
 }
 
 TEST_CASE("servo: a sample that jumps does not take the tool with it", "[servo]") {

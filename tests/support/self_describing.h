@@ -33,26 +33,45 @@ struct SelfDescribing {
   static constexpr size_t words_of(uint64_t) { return kWords; }
 };
 
-/// One of which only n_parts() of its parts are in use; the others must be zero.
-template <size_t kWords>
+/// One of kOfParts parts of equal length, of which only elements() of each are in use; the others
+/// must be zero. The first and the third share a count; counts lie behind the parts.
+template <size_t kWords, size_t kOfParts = 3>
 struct VaryingRecord {
+  static_assert(kOfParts == 2 || kOfParts == 3);
+  static constexpr size_t kMost = (kWords - 2) / kOfParts;  // elements of a part
   uint64_t n = 0;
-  std::array<uint64_t, kWords - 2> parts{};
-  uint64_t last = 0;
+  std::array<uint64_t, kOfParts * kMost> words{};
+  std::array<uint32_t, 2> counts{};
 
-  static constexpr size_t n_parts(uint64_t n) { return (n ^ n >> 2) * 5 % (kWords - 1); }
-  static constexpr size_t words_of(uint64_t n) { return n_parts(n) + 2; }
+  static constexpr size_t elements(uint64_t n, size_t part) {
+    return (part % 2 == 0 ? (n ^ n >> 2) * 5 : (n ^ n >> 3) * 7 + 1) % (kMost + 1);
+  }
+  static constexpr size_t words_of(uint64_t n) {
+    size_t words = 2;
+    for (size_t part = 0; part < kOfParts; ++part) words += elements(n, part);
+    return words;
+  }
   static VaryingRecord make(uint64_t n) {
-    VaryingRecord record{n, {}, SelfDescribing<kWords>::word(n, kWords)};
-    for (size_t i = 0; i < n_parts(n); ++i) record.parts[i] = SelfDescribing<kWords>::word(n, i);
+    VaryingRecord record{n, {}, {}};
+    for (size_t part = 0; part < kOfParts; ++part) {
+      const size_t used = elements(n, part);
+      record.counts[part % 2] = static_cast<uint32_t>(used);
+      for (size_t i = part * kMost; i < part * kMost + used; ++i) {
+        record.words[i] = SelfDescribing<kWords>::word(n, i);
+      }
+    }
     return record;
   }
   bool is_whole() const {
     const VaryingRecord expected = make(n);
-    return parts == expected.parts && last == expected.last;
+    return words == expected.words && counts == expected.counts;
   }
-  friend constexpr UnusedBytes unused_bytes(const VaryingRecord& record) {
-    return {8 + 8 * n_parts(record.n), 8 + sizeof(parts)};
+  static constexpr std::array<RecordPart, kOfParts> parts() {
+    std::array<RecordPart, kOfParts> parts{};
+    for (size_t part = 0; part < kOfParts; ++part) {
+      parts[part] = {8 + 8 * kMost * part, 8, kMost, 8 + sizeof(words) + 4 * (part % 2)};
+    }
+    return parts;
   }
 };
 
@@ -71,3 +90,11 @@ uint64_t reach(uint64_t end) {
 }
 
 }  // namespace haptic::test
+
+namespace haptic {
+
+template <size_t kWords, size_t kOfParts>
+inline constexpr auto kParts<test::VaryingRecord<kWords, kOfParts>> =
+    test::VaryingRecord<kWords, kOfParts>::parts();
+
+}  // namespace haptic

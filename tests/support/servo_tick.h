@@ -27,6 +27,13 @@ inline std::unique_ptr<ContactSet> set_of(std::initializer_list<Contact> contact
   return set;
 }
 
+/// Objects that stand still at the origin, of which the first few could be moved by a push.
+inline SceneFrame still_scene(uint32_t n_responses) {
+  SceneFrame scene{};
+  scene.n_objects = scene.n_responses = n_responses;
+  return scene;
+}
+
 inline ServoModel plain_model(double stiffness) {
   ServoModel model;
   model.coupling = {stiffness, 0};

@@ -9,6 +9,7 @@
 #include "clients/log/trace_writer.h"
 #include "proto/log/trace.h"
 #include "tests/process/hapt_command.h"
+#include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -141,6 +142,25 @@ TEST_CASE("hapt eval: the chain on virtual time holds and repeats") {
   CHECK(figure(ran.output, "ticks") == 4000);
   CHECK(figure(ran.output, "ticks in contact") > 100);
   CHECK(std::filesystem::file_size(folder.path() + "/eval.svg") > 1000);
+}
+
+TEST_CASE("hapt wire: docs/wire.md is what it prints") {
+  const TemporaryFolder folder;
+  const Ran ran = hapt("wire", folder.path());
+  REQUIRE(ran.code == 0);
+  std::ifstream file(from_source("docs/wire.md"));
+  const std::string page(std::istreambuf_iterator<char>(file), {});
+  INFO("a record has changed: build/dev/bin/hapt wire > docs/wire.md");
+  CHECK((page == ran.output));
+}
+
+TEST_CASE("hapt wire: says which arrays are packed, and by which field") {
+  const TemporaryFolder folder;
+  const std::string page = hapt("wire", folder.path()).output;
+  CHECK(has(page, "`contacts` | Contact[64; n_contacts] |"));
+  CHECK(has(page, "`object_impulse_W` | Wrench[16; n_pushable] |"));
+  CHECK(has(page, "`X_WO` | Pose[16] |"));
+  CHECK(has(hapt("wire --json", folder.path()).output, "\"counted_by\": \"n_responses\""));
 }
 
 }  // namespace haptic

@@ -17,12 +17,19 @@ using test::MemoryModel;
 using test::ModelAtomic;
 constexpr uint64_t kSlots = 4;
 using Fixed = test::SelfDescribing<2>;  // two words can be torn
-// two to four words in eight: slots are reused, and words under slots that are not
-using Packed = PackedRing<test::VaryingRecord<4>, kSlots, 64, ModelAtomic>;
+// of two and of three parts with an element each, two to four words in eight and to five in ten:
+// slots are reused, and words under slots that are not
+template <size_t kParts>
+using Packed =
+    PackedRing<test::VaryingRecord<2 + kParts, kParts>, kSlots, 16 * (2 + kParts), ModelAtomic>;
+template <typename RingType>
+constexpr bool kIsPacked = requires {
+  RingType::kWords;
+};
 constexpr uint64_t kLapped = kSlots + 3;  // items: three slots are overwritten
 // read one after the other; with more of varying length there are too many outcomes to try
 template <typename RingType>
-constexpr uint64_t kMostInOrder = std::is_same_v<RingType, Packed> ? kSlots + 1 : kLapped;
+constexpr uint64_t kMostInOrder = kIsPacked<RingType> ? kSlots + 1 : kLapped;
 
 struct Findings {
   uint64_t outcomes = 0;
@@ -150,8 +157,9 @@ TEMPLATE_TEST_CASE_SIG("ring: each step and each memory order left out is found 
   CHECK(look_at<ModelledBroken<kDefect>>().all() > 0);
 }
 
-TEST_CASE("ring: no outcome tears or loses an item of varying length") {
-  const Findings found = look_at<Packed>();
+TEMPLATE_TEST_CASE_SIG("ring: no outcome tears or loses an item of varying length", "",
+                       ((size_t kParts), kParts), 2, 3) {
+  const Findings found = look_at<Packed<kParts>>();
   CAPTURE(found.outcomes);
   CHECK(found.torn == 0);
   CHECK(found.lost == 0);
@@ -161,26 +169,26 @@ TEST_CASE("ring: no outcome tears or loses an item of varying length") {
 
 TEST_CASE("ring: with items of varying length each order left out is found as well") {
   using Change = MemoryModel::Change;
-  // in the order of the ring's members: count, oldest, end; ticket, begin and front of each slot
-  enum Word : size_t { kCount, kOldest, kEnd, kTicket, kBegin, kFront, kWord };
+  // in the order of the ring's members: count, oldest, end; ticket, begin and words of each slot
+  enum Word : size_t { kCount, kOldest, kEnd, kTicket, kBegin, kWords, kWord };
   static const auto word_at = [](size_t location) {
     if (location < kTicket) return location;
     return location < kTicket + 3 * kSlots ? kTicket + (location - kTicket) % 3 : size_t{kWord};
   };
   static Word weakened;
   static bool in_store;
-  for (const Word word : {kCount, kTicket, kBegin, kFront, kWord}) {
+  for (const Word word : {kCount, kTicket, kBegin, kWord}) {
     for (const bool store : {false, true}) {
       weakened = word, in_store = store;
       CAPTURE(word, store);
-      CHECK(look_at<Packed>([](size_t location, bool is_store, uint64_t) {
+      CHECK(look_at<Packed<2>>([](size_t location, bool is_store, uint64_t) {
               const bool is_it = word_at(location) == weakened && is_store == in_store;
               return is_it ? Change::kRelaxed : Change::kNone;
             }).all() > 0);
     }
   }
   // items that are not taken back before they are overwritten
-  CHECK(look_at<Packed>([](size_t location, bool is_store, uint64_t value) {
+  CHECK(look_at<Packed<2>>([](size_t location, bool is_store, uint64_t value) {
           const bool is_it = word_at(location) == kTicket && is_store && value == 0;
           return is_it ? Change::kDropped : Change::kNone;
         }).all() > 0);

@@ -19,6 +19,7 @@
 #include "clients/lab/support/forked_process.h"
 #include "proto/ipc/ring_source.h"
 #include "tests/support/self_describing.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic {
 namespace {
@@ -29,6 +30,56 @@ using Record = SelfDescribing<32>;  // 256 bytes
 // fewer words than its slots could hold
 template <size_t kWords>
 using Packed = PackedRing<VaryingRecord<kWords>, 16, 24 * kWords>;
+
+template <auto kMember>
+struct TypeOf;
+template <typename Class, typename Member, Member Class::*kMember>
+struct TypeOf<kMember> {
+  using Type = Member;
+};
+template <auto kMember>
+using RingOf = typename TypeOf<kMember>::Type;
+
+/// A record of random words whose parts have all this count.
+template <typename Item>
+std::unique_ptr<Item> noisy(uint64_t seed, uint32_t count) {
+  std::mt19937_64 random(seed);
+  std::vector<uint64_t> words(sizeof(Item) / 8);
+  for (uint64_t& word : words) word = random() | 1;
+  auto item = std::make_unique<Item>();
+  auto* bytes = reinterpret_cast<std::byte*>(item.get());
+  std::memcpy(bytes, words.data(), sizeof(Item));
+  for (const RecordPart& part : kParts<Item>) std::memcpy(bytes + part.count, &count, 4);
+  return item;
+}
+
+/// Whether `out` holds what is in use of `item`, and zeros elsewhere.
+template <typename Item>
+bool same_in_use(const Item& out, const Item& item) {
+  std::vector<std::byte> expected(sizeof(Item));
+  std::memcpy(expected.data(), &item, sizeof(Item));
+  for (const RecordPart& part : kParts<Item>) {
+    uint32_t count;
+    std::memcpy(&count, expected.data() + part.count, 4);
+    const size_t used = std::min<size_t>(count, part.most) * part.element;
+    std::fill_n(expected.data() + part.offset + used, part.most * part.element - used,
+                std::byte{0});
+  }
+  return std::memcmp(expected.data(), &out, sizeof(Item)) == 0;
+}
+
+// Places in a packed ring [words]: its counters, then ticket, begin and length of each slot
+constexpr size_t kHeadWords = 16, kSlotWords = 4;
+
+template <typename RingType>
+constexpr size_t words_begin() {
+  return sizeof(RingType) - (8 * RingType::kWords + 127) / 128 * 128;
+}
+
+template <typename RingType>
+void copy_ring(const RingType& from, RingType& to) {
+  std::memcpy(static_cast<void*>(&to), static_cast<const void*>(&from), sizeof to);
+}
 
 /// A ring in memory shared with a forked writer.
 template <typename RingType>
@@ -127,21 +178,32 @@ TEMPLATE_TEST_CASE("ring: exactly as many of the newest items as fit can be read
   }
 }
 
-TEST_CASE("ring: a reader of a shorter record finds zeros behind it") {
-  auto ring = std::make_unique<decltype(ContactChannels::sets)>();
-  auto set = std::make_unique<ContactSet>(), out = std::make_unique<ContactSet>();
-  std::memset(static_cast<void*>(set.get()), 0x5a, sizeof *set);
+TEMPLATE_TEST_CASE("ring: a reader of a shorter record finds zeros behind each part", "",
+                   (RingOf<&ServoChannels::frames>), (RingOf<&ContactChannels::sets>),
+                   (RingOf<&SimChannels::frames>)) {
+  using Item = typename TestType::Item;
+  const auto ring = std::make_unique<TestType>();
+  const auto out = std::make_unique<Item>();
   uint64_t n = 0;
   // more than there can be: as many as there are
-  for (const uint32_t contacts : {64u, 0u, 1u, 63u, 64u, 1000u}) {
-    CAPTURE(contacts);
-    set->n_contacts = contacts;
-    ring->publish(*set);
+  for (const uint32_t count : {64u, 0u, 1u, 15u, 64u, 1000u, ~0u, 2u}) {
+    CAPTURE(count);
+    const auto item = noisy<Item>(n, count);
+    ring->publish(*item);
     REQUIRE(ring->read(n++, *out));
-    auto expected = std::make_unique<ContactSet>(*set);
-    for (uint32_t i = contacts; i < kMaxContacts; ++i) expected->contacts[i] = {};
-    CHECK(std::memcmp(out.get(), expected.get(), sizeof *out) == 0);
+    CHECK(same_in_use(*out, *item));
   }
+}
+
+TEST_CASE("ring: four seconds of a servo hold as many pushed objects as channels.h says") {
+  const auto ring = std::make_unique<RingOf<&ServoChannels::frames>>();
+  ServoFrame frame{};
+  frame.n_pushable = GENERATE(0u, 7u, 16u);
+  for (int n = 0; n < 10'000; ++n) ring->publish(frame);
+  const uint64_t there = ring->published() - ring->oldest(ring->published());
+  CHECK(there >= (frame.n_pushable <= 7 ? 4000u : 2700u));
+  // what a ring of whole frames took
+  CHECK(sizeof *ring < 4096 * (sizeof(ServoFrame) + 8));
 }
 
 TEST_CASE(
@@ -157,13 +219,66 @@ TEST_CASE(
     std::memcpy(static_cast<void*>(ring.get()), words.data(), sizeof *ring);
     Cursor living{random() % span, 0}, dead = living;
     const uint64_t before = looks;
-    VaryingRecord<32> out;
+    VaryingRecord<32> out{};
     while (read_next(*ring, living, out)) ++looks;
     while (read_final(*ring, dead, out)) ++looks;
     looks += ring->latest(out);
+    ring->prefetch();
+    ring->prefetch_newest();
     REQUIRE(looks <= before + 2 * ring->kCapacity + 1);
   }
   CHECK(looks > 0);
+}
+
+// 10^5 in a normal run; HAPTIC_TORTURE_SCALE=10 gives 10^6
+TEMPLATE_TEST_CASE("ring: a slot with a wrong count, begin or length is refused or read in bounds",
+                   "", (PackedRing<ServoFrame, 4, 2 * sizeof(ServoFrame)>),
+                   (PackedRing<ContactSet, 4, 2 * sizeof(ContactSet)>),
+                   (PackedRing<SceneFrame, 4, 2 * sizeof(SceneFrame)>), (Packed<32>)) {
+  using Item = typename TestType::Item;
+  std::mt19937_64 random(37);
+  // alone, so that the address sanitizer knows where it ends
+  const auto good = std::make_unique<TestType>(), ring = std::make_unique<TestType>();
+  const auto out = std::make_unique<Item>(), before = std::make_unique<Item>();
+  *out = {};
+  uint64_t refused = 0, taken = 0;
+  const auto rounds = static_cast<size_t>(25'000 * test::torture_scale());
+  for (size_t round = 0; round < rounds; ++round) {
+    const auto count = static_cast<uint32_t>(random() % 20);
+    const auto item = noisy<Item>(random(), round % 8 == 0 ? ~0u : count);
+    good->publish(*item);
+    copy_ring(*good, *ring);
+    const uint64_t n = good->published() - 1;
+    const size_t slot = 8 * (kHeadWords + kSlotWords * (n % TestType::kCapacity));
+    uint64_t length;
+    std::memcpy(&length, reinterpret_cast<const std::byte*>(good.get()) + slot + 16, 8);
+    const auto patch = [&](size_t at, uint64_t value) {
+      std::memcpy(reinterpret_cast<std::byte*>(ring.get()) + at, &value, 8);
+    };
+    const uint64_t odd = round % 4 == 0 ? random() : random() % (sizeof(Item) / 8 + 8);
+    // of the slot its begin and its length, of the words a few at random, where the counts are too
+    const size_t kind = round % 5;
+    if (kind == 0 || kind == 3) patch(slot + 8, odd);
+    if (kind == 1 || kind == 3) patch(slot + 16, odd);
+    for (size_t k = 0; kind >= 2 && k < 1 + random() % 16; ++k) {
+      patch(words_begin<TestType>() + 8 * (random() % TestType::kWords), random() >> random() % 64);
+    }
+    std::memcpy(static_cast<void*>(before.get()), out.get(), sizeof(Item));
+    const bool got = ring->read(n, *out);
+    got ? ++taken : ++refused;
+    // one that gets nothing keeps its old item, and of what it gets nothing is beyond the counts
+    if (!got) REQUIRE(std::memcmp(before.get(), out.get(), sizeof(Item)) == 0);
+    if (got) REQUIRE(same_in_use(*out, *out));
+    // a length that the counts do not make is no writer of ours
+    if (kind == 1) REQUIRE(got == (odd == length));
+    if (got && kind == 1) REQUIRE(same_in_use(*out, *item));
+    ring->prefetch();
+    ring->prefetch_newest();
+    typename TestType::Item other{};
+    ring->latest(other);
+  }
+  CHECK(refused > rounds / 100);
+  CHECK(taken > rounds / 100);
 }
 
 TEST_CASE("ring: a lapped reader counts exactly what it lost") {

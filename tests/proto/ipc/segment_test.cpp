@@ -89,7 +89,7 @@ TEST_CASE("segment: what is not sealed is refused, and a writer that was never r
 }
 
 TEST_CASE("segment: another process's segment is refused even when it is large enough") {
-  SegmentWriter<ServoChannels> writer(1);
+  SegmentWriter<ContactChannels> writer(1);
   CHECK(fault_of<SimChannels>(reopen_read_only(writer.fd())) == SegmentFault::kWrongKind);
 }
 

@@ -213,7 +213,8 @@ TEST_CASE("golden: the reader says which layout it was, and what that lacks") {
       "device.F_hand_B (0: no device measured the hand's wrench), X_command_B (0: no device was "
       "commanded a pose), object_impulse_time_W" +
       still + ", forgotten_impulse_W" + still + ", impulses_since_ns" + still +
-      ", translational_stiffness" + none + ", rotational_stiffness" + none;
+      ", translational_stiffness" + none + ", rotational_stiffness" + none +
+      ", n_pushable (16: all objects were counted), reserved (0: no room was left)";
   CHECK(notice(6, servo_topic(kFirstHand)) == "recorded with layout 6; fields it lacks: " + servo);
   CHECK(notice(6, contact_topic(kFirstHand)) ==
         "recorded with layout 6; fields it lacks: clearance[] (one value for all)");

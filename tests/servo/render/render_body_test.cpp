@@ -27,12 +27,15 @@ std::unique_ptr<ContactSet> soft_set(const Vec3& tool_point_T, double stiffness)
 /// Held in place until its proxy rests.
 ServoFrame settled(const ServoModel& model, const ContactSet& set, const Vec3& p_W) {
   ServoState state;
+  const SceneFrame scene = still_scene(set.n_objects);
   ServoFrame f{};
   for (int64_t k = 1; k <= 2000; ++k) {
     ContactSet now = set;
     now.seq = static_cast<uint64_t>(k);
     now.answers_t_ns = (k - 1) * kMs;
-    f = step_armed(model, state, input_at(k, p_W, &now));
+    ServoInput input = input_at(k, p_W, &now);
+    input.scene = &scene;
+    f = step_armed(model, state, input);
   }
   return f;
 }

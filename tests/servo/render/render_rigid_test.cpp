@@ -47,9 +47,11 @@ class RigidSession {
     ServoInput input = input_at(k_, p_W, set_.get());
     input.device.V_BH.v = v_W;
     input.control = control;
+    input.scene = scene;
     return step_armed(model, state, input);
   }
   bool answers = true;  // whether contact answers
+  const SceneFrame* scene = nullptr;
 
  private:
   std::unique_ptr<ContactSet> set_;
@@ -61,6 +63,8 @@ class RigidSession {
 TEST_CASE("servo: a tool that never enters an object feels the coupling alone", "[servo]") {
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
   RigidSession session(*floor_set(renderer));
+  const SceneFrame scene = still_scene(1);
+  session.scene = &scene;
   session.model.coupling.translational_damping = 2;
   const double depth = 1e-3;
   ServoFrame f{};
