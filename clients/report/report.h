@@ -81,7 +81,7 @@ class Rows {
       : case_name_(one_line(case_name)), are_judged_(are_judged) {}
   /// Another case, whose rows go to the same list.
   Rows of(const std::string& case_name, bool are_judged = true) const;
-  /// Likewise; its first row is machine_line().
+  /// Another case, whose first row is machine_line().
   Rows machine(const std::string& case_name) const;
 
   void add(const std::string& metric, Figure figure, const std::string& unit = "",

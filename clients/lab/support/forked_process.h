@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <exception>
@@ -116,15 +117,19 @@ inline std::vector<size_t> allowed_processors() {
   return processors;
 }
 
+/// Pins this thread, and what it starts, to a processor; returns an errno, 0 if that is done.
+inline int pin_to(size_t processor) {
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(processor, &one);
+  return sched_setaffinity(0, sizeof one, &one) == 0 ? 0 : errno;
+}
+
 /// Pins this process to the i-th of its allowed processors, or to the last if there are fewer.
 /// False if there is only one or pinning is refused.
 inline bool pin_to_processor(size_t i) {
   const std::vector<size_t> allowed = allowed_processors();
-  if (allowed.size() < 2) return false;
-  cpu_set_t one;
-  CPU_ZERO(&one);
-  CPU_SET(allowed[std::min(i, allowed.size() - 1)], &one);
-  return sched_setaffinity(0, sizeof one, &one) == 0;
+  return allowed.size() >= 2 && pin_to(allowed[std::min(i, allowed.size() - 1)]) == 0;
 }
 
 }  // namespace haptic

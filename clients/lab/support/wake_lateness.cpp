@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/support/wake_lateness.h"
 
-#include <pthread.h>
-#include <sched.h>
-
 #include <algorithm>
 #include <atomic>
 #include <thread>
 
+#include "clients/lab/support/forked_process.h"
 #include "proto/math/units.h"
 #include "proto/os/priorities.h"
 
@@ -39,10 +37,7 @@ WakeRun run_loop(const WakeOptions& options, int priority, int64_t phase_ns, Com
   run.late_wakes.reserve(kMaxLateWakes);
   run.rights = enter_realtime({.fifo_priority = priority, .lock_memory = true});
   // real-time first: a pinned normal thread would wait long on a busy core
-  cpu_set_t cores;
-  CPU_ZERO(&cores);
-  CPU_SET(static_cast<size_t>(options.core), &cores);
-  run.pin_errno = pthread_setaffinity_np(pthread_self(), sizeof cores, &cores);
+  run.pin_errno = pin_to(static_cast<size_t>(options.core));
 
   const int64_t start_ns = start.wait() + phase_ns;
   DeadlineClock clock(options.period, options.spin_ns);

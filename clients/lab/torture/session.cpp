@@ -283,17 +283,17 @@ std::vector<ForceRules> TortureSession::rules() const {
   force.bend = force.stiffness * kHalfCube * kMostTilt * kMostTilt / 2;
   force.step +=
       6e-3 - ForceRules{}.step;  // what the wrist's motors make of their half milliampere as well
-  ForceRules torque = force;
-  torque.part = Part::kTorque;
-  torque.stiffness = kTurningStiffness;
-  torque.max_force = kMaxTorque;
-  torque.max_damping = kMaxTurningDamping;
-  torque.slew = kTorqueSlew;
-  torque.bend = torque.stiffness * kMostTilt * kMostTilt / 2;
-  torque.step = 2e-4;
-  torque.pressing = 0.02;
-  torque.tool_on_grip = from_rotation_vector({0, kTiltOfTool, 0});
-  return {force, torque};
+  return {force,
+          {.stiffness = kTurningStiffness,
+           .max_force = kMaxTorque,
+           .max_damping = kMaxTurningDamping,
+           .slew = kTorqueSlew,
+           .part = Part::kTorque,
+           .step = 2e-4,
+           .bend = kTurningStiffness * kMostTilt * kMostTilt / 2,
+           .pressing = 0.02,
+           .arm = force.arm,
+           .tool_on_grip = from_rotation_vector({0, kTiltOfTool, 0})}};
 }
 
 /// The block's top is where the tool's middle, which is the handle, has half a cube below it.

@@ -60,7 +60,6 @@ class TortureSession {
  public:
   /// The rules for its forces, and for its torques where it has any.
   std::vector<ForceRules> rules() const;
-  bool is_of_six() const { return options_.six; }
   bool has_bodies() const { return options_.bodies; }
   bool holds() const { return holds_; }
 
