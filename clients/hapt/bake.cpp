@@ -4,7 +4,6 @@
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <sstream>
 
 #include "clients/hapt/commands.h"
 #include "clients/hapt/mesh_scene.h"
@@ -21,6 +20,7 @@
 #include "proto/config/read/config_tool.h"
 #include "proto/os/message.h"
 #include "proto/os/progress.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -51,19 +51,12 @@ VoxelConfig voxel_options(const BakeOptions& options) {
 }
 
 std::string made_in(double seconds, bool from_cache) {
-  std::ostringstream text;
-  text.precision(3);
-  if (from_cache) return "from the cache";
-  text << seconds << " s";
-  return text.str();
+  return from_cache ? "from the cache" : formatted("%.3g s", seconds);
 }
 
 /// "0.11 MB".
 std::string megabytes(size_t bytes) {
-  std::ostringstream text;
-  text.precision(3);
-  text << 1e-6 * static_cast<double>(bytes) << " MB";
-  return text.str();
+  return formatted("%.3g MB", 1e-6 * static_cast<double>(bytes));
 }
 
 void print_map(const BakedVolume& obstacle) {
@@ -100,21 +93,21 @@ void run_voxel(const BakedShape& shape, const VoxelConfig& voxel, const BakeProg
   }
 }
 
-/// One line: what a level of detail comes to.
+/// Prints one line on a level of detail.
 void print_level(const std::vector<PieceLevel>& levels, size_t i) {
   const PieceLevel& level = levels[i];
-  std::ostringstream text;
-  text.precision(3);
-  text << "    level " << i << ": " << level.pieces << " pieces";
+  std::cout << "    level " << i << ": " << level.pieces << " pieces";
   if (i > 0) {
-    text << " (" << static_cast<double>(level.pieces) / static_cast<double>(levels[i - 1].pieces)
-         << " of the level before)";
+    const auto before = static_cast<double>(levels[i - 1].pieces);
+    std::cout << formatted(" (%.3g of the level before)",
+                           static_cast<double>(level.pieces) / before);
   }
-  text << ", " << level.faces << " faces, " << level.virtual_faces << " of them virtual; within "
-       << 1e3 * level.deviation << " mm of the surface, hulls within " << 1e3 * level.hull_distance
-       << " mm; edges of " << 1e3 / level.most_resolution << " to " << 1e3 / level.least_resolution
-       << " mm";
-  std::cout << text.str() << '\n';
+  std::cout
+      << ", " << level.faces << " faces, " << level.virtual_faces << " of them virtual; "
+      << formatted(
+             "within %.3g mm of the surface, hulls within %.3g mm; edges of %.3g to %.3g mm\n",
+             1e3 * level.deviation, 1e3 * level.hull_distance, 1e3 / level.most_resolution,
+             1e3 / level.least_resolution);
 }
 
 void write_ply(const PieceTree& tree, const BakeOptions& options) {
@@ -149,9 +142,7 @@ void run_pieces(const BakedShape& shape, const BakeOptions& options, const BakeP
 /// The sides of the bounding box: "80 x 20 x 20 mm".
 std::string box_text(const TriangleMesh& mesh) {
   const Vec3 side = 1e3 * (mesh.upper - mesh.lower);
-  std::ostringstream text;
-  text << side.x << " x " << side.y << " x " << side.z << " mm";
-  return text.str();
+  return formatted("%g x %g x %g mm", side.x, side.y, side.z);
 }
 
 void run_bake(const BakeOptions& options) {

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <iostream>
 #include <limits>
@@ -54,17 +55,9 @@ struct Line {
 std::string state_of(const SegmentHeader* header) {
   if (header == nullptr) return "---";
   if (now_ns() - header->heartbeat_ns.load() > kDeadAfter) return "stuck";
-  switch (static_cast<SegmentState>(header->state.load())) {
-    case SegmentState::kInit:
-      return "start";
-    case SegmentState::kRun:
-      return "run";
-    case SegmentState::kDrain:
-      return "drain";
-    case SegmentState::kDead:
-      return "dead";
-  }
-  return "?";
+  constexpr std::array kStates{"start", "run", "drain", "dead"};  // by SegmentState
+  const uint32_t state = header->state.load();
+  return state < kStates.size() ? kStates[state] : "?";
 }
 
 /// Watches one ring: drained often, reported once per period.
