@@ -2,7 +2,6 @@
 // hapt bake: prepares a mesh before a session needs it and reports the result.
 #include <fstream>
 #include <iostream>
-#include <memory>
 #include <optional>
 
 #include "clients/hapt/commands.h"
@@ -183,39 +182,41 @@ void run_bake(const BakeOptions& options) {
 }  // namespace
 
 void add_bake_command(Command& app) {
-  const auto options = std::make_shared<BakeOptions>();
-  Command command = app.subcommand("bake", "Prepare a mesh: check it and put it in the cache");
-  command.option("MESH", options->mesh, "mesh file (OBJ, STL, PLY, OFF)").required();
-  command
-      .option("--unit UNIT", options->unit,
-              "of the file: m, mm, cm, in, a length, or any to scale the mesh to --size")
-      .check(problem_of_unit)
-      .show_default("m, or any with --size");
-  command.quantity("--size", options->size, Dimension::kLength, kMeshSizes,
-                   "longest side, as \"80 mm\"; a number without unit is in metres", "m");
-  command.flag("--allow-open", options->allow_open, "the mesh may have borders");
-  const auto length = [&](const char* name, double& value, const Range& range, const char* help) {
-    return command.quantity(name, value, Dimension::kLength, range, help);
-  };
-  length("--voxel", options->voxel, kVoxelSizes,
-         "also bake what the renderer voxel needs, with voxels of this size, as 1mm");
-  length("--band", options->band, kPositive, "of the distance field")
-      .needs("--voxel")
-      .show_default("two voxels");
-  length("--spacing", options->spacing, kVoxelSizes, "of the tool's points")
-      .needs("--voxel")
-      .show_default("that of --voxel");
-  command.flag("--map-alone", options->map_alone, "no distance field").needs("--voxel");
-  command.flag("--as-sheet", options->as_sheet, "an open mesh is a sheet one voxel thick")
-      .needs("--voxel");
-  command.flag("--pieces", options->pieces,
-               "also bake what the renderers localized and sensation need");
-  command.flag("--explain", options->explain, "the convex pieces and their levels of detail");
-  command.option("--ply FILE", options->ply, "write the convex pieces, one colour each");
-  command.option("--level N", options->level, "of detail in that file; 0: the surface itself")
-      .needs("--ply");
-  command.example("hapt bake part.stl --unit mm");
-  command.action([options] { run_bake(*options); });
+  add_command<BakeOptions>(
+      app, "bake", "Prepare a mesh: check it and put it in the cache", run_bake,
+      [](Command& command, BakeOptions& options) {
+        command.option("MESH", options.mesh, "mesh file (OBJ, STL, PLY, OFF)").required();
+        command
+            .option("--unit UNIT", options.unit,
+                    "of the file: m, mm, cm, in, a length, or any to scale the mesh to --size")
+            .check(problem_of_unit)
+            .show_default("m, or any with --size");
+        command.quantity("--size", options.size, Dimension::kLength, kMeshSizes,
+                         "longest side, as \"80 mm\"; a number without unit is in metres", "m");
+        command.flag("--allow-open", options.allow_open, "the mesh may have borders");
+        const auto length = [&](const char* name, double& value, const Range& range,
+                                const char* help) {
+          return command.quantity(name, value, Dimension::kLength, range, help);
+        };
+        length("--voxel", options.voxel, kVoxelSizes,
+               "also bake what the renderer voxel needs, with voxels of this size, as 1mm");
+        length("--band", options.band, kPositive, "of the distance field")
+            .needs("--voxel")
+            .show_default("two voxels");
+        length("--spacing", options.spacing, kVoxelSizes, "of the tool's points")
+            .needs("--voxel")
+            .show_default("that of --voxel");
+        command.flag("--map-alone", options.map_alone, "no distance field").needs("--voxel");
+        command.flag("--as-sheet", options.as_sheet, "an open mesh is a sheet one voxel thick")
+            .needs("--voxel");
+        command.flag("--pieces", options.pieces,
+                     "also bake what the renderers localized and sensation need");
+        command.flag("--explain", options.explain, "the convex pieces and their levels of detail");
+        command.option("--ply FILE", options.ply, "write the convex pieces, one colour each");
+        command.option("--level N", options.level, "of detail in that file; 0: the surface itself")
+            .needs("--ply");
+        command.example("hapt bake part.stl --unit mm");
+      });
 }
 
 }  // namespace haptic

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <iostream>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <utility>
 
@@ -245,17 +244,19 @@ void run_top(const TopOptions& options) {
 }  // namespace
 
 void add_top_command(Command& app) {
-  const auto options = std::make_shared<TopOptions>();
-  Command command = app.subcommand("top", "Watch the processes of a running session");
-  add_session(command, options->session);
-  add_duration(command, "-d,--period", options->period, "between two screens").show_default();
-  command.option("-n", options->screens, "screens to print")
-      .range(1, 1000000)
-      .show_default("until Ctrl-C");
-  command.flag("-b,--batch", options->batch, "do not clear the screen in between");
-  command.flag("--json", options->json, "for scripts: one JSON object per screen, in one line");
-  command.example("hapt top -n 1 --json");
-  command.action([options] { run_top(*options); });
+  add_command<TopOptions>(
+      app, "top", "Watch the processes of a running session", run_top,
+      [](Command& command, TopOptions& options) {
+        add_session(command, options.session);
+        add_duration(command, "-d,--period", options.period, "between two screens").show_default();
+        command.option("-n", options.screens, "screens to print")
+            .range(1, 1000000)
+            .show_default("until Ctrl-C");
+        command.flag("-b,--batch", options.batch, "do not clear the screen in between");
+        command.flag("--json", options.json,
+                     "for scripts: one JSON object per screen, in one line");
+        command.example("hapt top -n 1 --json");
+      });
 }
 
 }  // namespace haptic
