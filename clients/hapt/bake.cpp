@@ -2,9 +2,7 @@
 // hapt bake: prepares a mesh before a session needs it and reports the result.
 #include <fstream>
 #include <iostream>
-#include <memory>
 #include <optional>
-#include <sstream>
 
 #include "clients/hapt/commands.h"
 #include "clients/hapt/mesh_scene.h"
@@ -21,6 +19,7 @@
 #include "proto/config/read/config_tool.h"
 #include "proto/os/message.h"
 #include "proto/os/progress.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -51,19 +50,12 @@ VoxelConfig voxel_options(const BakeOptions& options) {
 }
 
 std::string made_in(double seconds, bool from_cache) {
-  std::ostringstream text;
-  text.precision(3);
-  if (from_cache) return "from the cache";
-  text << seconds << " s";
-  return text.str();
+  return from_cache ? "from the cache" : formatted("%.3g s", seconds);
 }
 
 /// "0.11 MB".
 std::string megabytes(size_t bytes) {
-  std::ostringstream text;
-  text.precision(3);
-  text << 1e-6 * static_cast<double>(bytes) << " MB";
-  return text.str();
+  return formatted("%.3g MB", 1e-6 * static_cast<double>(bytes));
 }
 
 void print_map(const BakedVolume& obstacle) {
@@ -100,21 +92,21 @@ void run_voxel(const BakedShape& shape, const VoxelConfig& voxel, const BakeProg
   }
 }
 
-/// One line: what a level of detail comes to.
+/// Prints one line on a level of detail.
 void print_level(const std::vector<PieceLevel>& levels, size_t i) {
   const PieceLevel& level = levels[i];
-  std::ostringstream text;
-  text.precision(3);
-  text << "    level " << i << ": " << level.pieces << " pieces";
+  std::cout << "    level " << i << ": " << level.pieces << " pieces";
   if (i > 0) {
-    text << " (" << static_cast<double>(level.pieces) / static_cast<double>(levels[i - 1].pieces)
-         << " of the level before)";
+    const auto before = static_cast<double>(levels[i - 1].pieces);
+    std::cout << formatted(" (%.3g of the level before)",
+                           static_cast<double>(level.pieces) / before);
   }
-  text << ", " << level.faces << " faces, " << level.virtual_faces << " of them virtual; within "
-       << 1e3 * level.deviation << " mm of the surface, hulls within " << 1e3 * level.hull_distance
-       << " mm; edges of " << 1e3 / level.most_resolution << " to " << 1e3 / level.least_resolution
-       << " mm";
-  std::cout << text.str() << '\n';
+  std::cout
+      << ", " << level.faces << " faces, " << level.virtual_faces << " of them virtual; "
+      << formatted(
+             "within %.3g mm of the surface, hulls within %.3g mm; edges of %.3g to %.3g mm\n",
+             1e3 * level.deviation, 1e3 * level.hull_distance, 1e3 / level.most_resolution,
+             1e3 / level.least_resolution);
 }
 
 void write_ply(const PieceTree& tree, const BakeOptions& options) {
@@ -149,9 +141,7 @@ void run_pieces(const BakedShape& shape, const BakeOptions& options, const BakeP
 /// The sides of the bounding box: "80 x 20 x 20 mm".
 std::string box_text(const TriangleMesh& mesh) {
   const Vec3 side = 1e3 * (mesh.upper - mesh.lower);
-  std::ostringstream text;
-  text << side.x << " x " << side.y << " x " << side.z << " mm";
-  return text.str();
+  return formatted("%g x %g x %g mm", side.x, side.y, side.z);
 }
 
 void run_bake(const BakeOptions& options) {
@@ -192,39 +182,41 @@ void run_bake(const BakeOptions& options) {
 }  // namespace
 
 void add_bake_command(Command& app) {
-  const auto options = std::make_shared<BakeOptions>();
-  Command command = app.subcommand("bake", "Prepare a mesh: check it and put it in the cache");
-  command.option("MESH", options->mesh, "mesh file (OBJ, STL, PLY, OFF)").required();
-  command
-      .option("--unit UNIT", options->unit,
-              "of the file: m, mm, cm, in, a length, or any to scale the mesh to --size")
-      .check(problem_of_unit)
-      .show_default("m, or any with --size");
-  command.quantity("--size", options->size, Dimension::kLength, kMeshSizes,
-                   "longest side, as \"80 mm\"; a number without unit is in metres", "m");
-  command.flag("--allow-open", options->allow_open, "the mesh may have borders");
-  const auto length = [&](const char* name, double& value, const Range& range, const char* help) {
-    return command.quantity(name, value, Dimension::kLength, range, help);
-  };
-  length("--voxel", options->voxel, kVoxelSizes,
-         "also bake what the renderer voxel needs, with voxels of this size, as 1mm");
-  length("--band", options->band, kPositive, "of the distance field")
-      .needs("--voxel")
-      .show_default("two voxels");
-  length("--spacing", options->spacing, kVoxelSizes, "of the tool's points")
-      .needs("--voxel")
-      .show_default("that of --voxel");
-  command.flag("--map-alone", options->map_alone, "no distance field").needs("--voxel");
-  command.flag("--as-sheet", options->as_sheet, "an open mesh is a sheet one voxel thick")
-      .needs("--voxel");
-  command.flag("--pieces", options->pieces,
-               "also bake what the renderers localized and sensation need");
-  command.flag("--explain", options->explain, "the convex pieces and their levels of detail");
-  command.option("--ply FILE", options->ply, "write the convex pieces, one colour each");
-  command.option("--level N", options->level, "of detail in that file; 0: the surface itself")
-      .needs("--ply");
-  command.example("hapt bake part.stl --unit mm");
-  command.action([options] { run_bake(*options); });
+  add_command<BakeOptions>(
+      app, "bake", "Prepare a mesh: check it and put it in the cache", run_bake,
+      [](Command& command, BakeOptions& options) {
+        command.option("MESH", options.mesh, "mesh file (OBJ, STL, PLY, OFF)").required();
+        command
+            .option("--unit UNIT", options.unit,
+                    "of the file: m, mm, cm, in, a length, or any to scale the mesh to --size")
+            .check(problem_of_unit)
+            .show_default("m, or any with --size");
+        command.quantity("--size", options.size, Dimension::kLength, kMeshSizes,
+                         "longest side, as \"80 mm\"; a number without unit is in metres", "m");
+        command.flag("--allow-open", options.allow_open, "the mesh may have borders");
+        const auto length = [&](const char* name, double& value, const Range& range,
+                                const char* help) {
+          return command.quantity(name, value, Dimension::kLength, range, help);
+        };
+        length("--voxel", options.voxel, kVoxelSizes,
+               "also bake what the renderer voxel needs, with voxels of this size, as 1mm");
+        length("--band", options.band, kPositive, "of the distance field")
+            .needs("--voxel")
+            .show_default("two voxels");
+        length("--spacing", options.spacing, kVoxelSizes, "of the tool's points")
+            .needs("--voxel")
+            .show_default("that of --voxel");
+        command.flag("--map-alone", options.map_alone, "no distance field").needs("--voxel");
+        command.flag("--as-sheet", options.as_sheet, "an open mesh is a sheet one voxel thick")
+            .needs("--voxel");
+        command.flag("--pieces", options.pieces,
+                     "also bake what the renderers localized and sensation need");
+        command.flag("--explain", options.explain, "the convex pieces and their levels of detail");
+        command.option("--ply FILE", options.ply, "write the convex pieces, one colour each");
+        command.option("--level N", options.level, "of detail in that file; 0: the surface itself")
+            .needs("--ply");
+        command.example("hapt bake part.stl --unit mm");
+      });
 }
 
 }  // namespace haptic

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <memory>
+#include <string>
 
 #include "proto/config/command_line.h"
 
@@ -23,6 +25,17 @@ inline constexpr std::array kCommandsElsewhere{
 #define COMMAND_OF(name, program, help) CommandElsewhere{#name, program, help},
 #include "clients/hapt/commands.def"
 };
+
+/// Adds a command of this name: `declare` adds its options and examples, and its action is to `run`
+/// with what they were set to.
+template <typename Options>
+void add_command(Command& app, const std::string& name, const std::string& help,
+                 void (*run)(const Options&), void (*declare)(Command&, Options&)) {
+  const auto options = std::make_shared<Options>();
+  Command command = app.subcommand(name, help);
+  declare(command, *options);
+  command.action([options, run] { run(*options); });
+}
 
 /// Adds one of them as `hapt --help` shows it.
 Command add_elsewhere(Command& app, std::string_view name);

@@ -108,23 +108,25 @@ void lead(const LeadOptions& options) {
 }
 
 void add_lead(Command& app) {
-  const auto options = std::make_shared<LeadOptions>();
-  Command command = app.subcommand("lead", "Lead the simulated hand to a place in the scene");
-  constexpr std::array kNames{"X", "Y", "Z"};
-  for (size_t i = 0; i < kNames.size(); ++i) {
-    command
-        .quantity(kNames[i], options->place[i], Dimension::kLength, {-kMostLength, kMostLength},
-                  "where the tool is led to, in metres or with a unit", "m")
-        .required();
-  }
-  command
-      .number("--orientation QW QX QY QZ", options->orientation, {-1, 1},
-              "of the tool in the scene, where the handle can turn (default: as at rest)")
-      .expected(4);
-  add_duration(command, "--for TIME", options->duration, "how long (default: 2 s)");
-  add_session(command, options->session);
-  command.example("hapt lead 0.02 0 0.05 --for 5s");
-  command.action([options] { lead(*options); });
+  add_command<LeadOptions>(
+      app, "lead", "Lead the simulated hand to a place in the scene", lead,
+      [](Command& command, LeadOptions& options) {
+        constexpr std::array kNames{"X", "Y", "Z"};
+        for (size_t i = 0; i < kNames.size(); ++i) {
+          command
+              .quantity(kNames[i], options.place[i], Dimension::kLength,
+                        {-kMostLength, kMostLength},
+                        "where the tool is led to, in metres or with a unit", "m")
+              .required();
+        }
+        command
+            .number("--orientation QW QX QY QZ", options.orientation, {-1, 1},
+                    "of the tool in the scene, where the handle can turn (default: as at rest)")
+            .expected(4);
+        add_duration(command, "--for TIME", options.duration, "how long (default: 2 s)");
+        add_session(command, options.session);
+        command.example("hapt lead 0.02 0 0.05 --for 5s");
+      });
 }
 
 }  // namespace

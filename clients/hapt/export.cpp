@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -62,15 +61,16 @@ void run_export(const ExportOptions& options) {
 }  // namespace
 
 void add_export_command(Command& app) {
-  const auto options = std::make_shared<ExportOptions>();
-  Command command = app.subcommand("export", "Turn a recording into CSV");
-  command.option("RECORDING", options->recording, "file of 'hapt record' (.mcap)").required();
-  command.option("-o,--output FILE.csv", options->output, "file to write")
-      .show_default("standard output");
-  add_overwrite(command, options->overwrite);
-  command.option("--topic TOPIC", options->topic, "which records").show_default();
-  command.example("hapt export out.mcap -o out.csv");
-  command.action([options] { run_export(*options); });
+  add_command<ExportOptions>(
+      app, "export", "Turn a recording into CSV", run_export,
+      [](Command& command, ExportOptions& options) {
+        command.option("RECORDING", options.recording, "file of 'hapt record' (.mcap)").required();
+        command.option("-o,--output FILE.csv", options.output, "file to write")
+            .show_default("standard output");
+        add_overwrite(command, options.overwrite);
+        command.option("--topic TOPIC", options.topic, "which records").show_default();
+        command.example("hapt export out.mcap -o out.csv");
+      });
 }
 
 }  // namespace haptic

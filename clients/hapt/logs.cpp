@@ -3,7 +3,6 @@
 // came to the objects, and one that lacks its end.
 #include <cstdio>
 #include <iostream>
-#include <memory>
 #include <string>
 
 #include "clients/hapt/check_outputs.h"
@@ -128,60 +127,63 @@ void run_clearance(const ClearanceCommand& command) {
 }  // namespace
 
 void add_info_command(Command& app) {
-  const auto options = std::make_shared<LogOptions>();
-  Command command = app.subcommand("info", "Say what is in a recording");
-  command.option("LOG", options->log, "file of 'hapt record' (.mcap)").required();
-  add_json(command, options->json);
-  command.example("hapt info out.mcap");
-  command.action([options] { run_info(*options); });
+  add_command<LogOptions>(
+      app, "info", "Say what is in a recording", run_info,
+      [](Command& command, LogOptions& options) {
+        command.option("LOG", options.log, "file of 'hapt record' (.mcap)").required();
+        add_json(command, options.json);
+        command.example("hapt info out.mcap");
+      });
 }
 
 void add_diff_command(Command& app) {
-  const auto options = std::make_shared<LogOptions>();
-  Command command =
-      app.subcommand("diff", "Compare the servo frames of two recordings, tick by tick");
-  command.option("A", options->log, "a recording (.mcap)").required();
-  command.option("B", options->other, "another").required();
-  command.option("--column NAME", options->column, "which run of a comparison")
-      .show_default("the first");
-  command.flag("--exact", options->exact, "instants, lateness and computing times too");
-  add_json(command, options->json);
-  command.example("hapt diff before.mcap after.mcap");
-  command.action([options] { run_diff(*options); });
+  add_command<LogOptions>(
+      app, "diff", "Compare the servo frames of two recordings, tick by tick", run_diff,
+      [](Command& command, LogOptions& options) {
+        command.option("A", options.log, "a recording (.mcap)").required();
+        command.option("B", options.other, "another").required();
+        command.option("--column NAME", options.column, "which run of a comparison")
+            .show_default("the first");
+        command.flag("--exact", options.exact, "instants, lateness and computing times too");
+        add_json(command, options.json);
+        command.example("hapt diff before.mcap after.mcap");
+      });
 }
 
 void add_clearance_command(Command& app) {
-  const auto command = std::make_shared<ClearanceCommand>();
-  Command clearance = app.subcommand(
-      "clearance", "Smallest distance of the tool to each object over a recording, and where");
-  clearance.option("LOG", command->log, "file of 'hapt record' or 'hapt demo' (.mcap)").required();
-  clearance.option("--object NAME", command->options.object, "this object alone");
-  clearance
-      .quantity("--every", command->options.every, Dimension::kTime, kPositive,
-                "time between two poses that are measured, as 10ms", "s")
-      .show_default("every recorded pose");
-  clearance
-      .quantity("--at-least", command->at_least, Dimension::kLength, kPositive,
-                "exit code 1 where the tool came nearer, as \"1 mm\"; a number alone: metres", "m")
-      .show_default("none");
-  add_config(clearance, command->config).show_default("the one inside the recording");
-  add_drawing(clearance, "--svg FILE.svg", command->svg,
-              "draw the distances over time into this file");
-  add_overwrite(clearance, command->overwrite);
-  add_json(clearance, command->json);
-  clearance.example("hapt clearance frame.mcap --svg frame.svg");
-  clearance.action([command] { run_clearance(*command); });
+  add_command<ClearanceCommand>(
+      app, "clearance", "Smallest distance of the tool to each object over a recording, and where",
+      run_clearance, [](Command& clearance, ClearanceCommand& command) {
+        clearance.option("LOG", command.log, "file of 'hapt record' or 'hapt demo' (.mcap)")
+            .required();
+        clearance.option("--object NAME", command.options.object, "this object alone");
+        clearance
+            .quantity("--every", command.options.every, Dimension::kTime, kPositive,
+                      "time between two poses that are measured, as 10ms", "s")
+            .show_default("every recorded pose");
+        clearance
+            .quantity("--at-least", command.at_least, Dimension::kLength, kPositive,
+                      "exit code 1 where the tool came nearer, as \"1 mm\"; a number alone: metres",
+                      "m")
+            .show_default("none");
+        add_config(clearance, command.config).show_default("the one inside the recording");
+        add_drawing(clearance, "--svg FILE.svg", command.svg,
+                    "draw the distances over time into this file");
+        add_overwrite(clearance, command.overwrite);
+        add_json(clearance, command.json);
+        clearance.example("hapt clearance frame.mcap --svg frame.svg");
+      });
 }
 
 void add_recover_command(Command& app) {
-  const auto options = std::make_shared<LogOptions>();
-  Command command =
-      app.subcommand("recover", "Copy what can be read of a recording that was cut or damaged");
-  command.option("LOG", options->log, "file of 'hapt record' (.mcap)").required();
-  command.option("-o,--output FILE.mcap", options->output, "file to write").required();
-  add_overwrite(command, options->overwrite);
-  command.example("hapt recover cut.mcap -o whole.mcap");
-  command.action([options] { run_recover(*options); });
+  add_command<LogOptions>(
+      app, "recover", "Copy what can be read of a recording that was cut or damaged", run_recover,
+      [](Command& command, LogOptions& options) {
+        command.option("LOG", options.log, "file of 'hapt record' (.mcap)").required();
+        command.option("-o,--output FILE.mcap", options.output, "file to write").required();
+        add_overwrite(command, options.overwrite);
+        command.example("hapt recover cut.mcap -o whole.mcap");
+      });
 }
 
 }  // namespace haptic

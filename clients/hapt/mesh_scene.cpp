@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/hapt/mesh_scene.h"
 
-#include <cstdio>
 #include <filesystem>
-#include <sstream>
 
 #include "clients/hapt/mesh_strokes.h"
 #include "contact/bake/bake.h"
 #include "proto/config/quantity.h"
 #include "proto/config/read/config_shape.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -17,19 +16,15 @@ namespace {
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
-    char code[8];
-    std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned char>(c));
-    const bool is_control = static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+    const auto byte = static_cast<unsigned char>(c);
     if (c == '"' || c == '\\') out += '\\';
-    out += is_control ? std::string(code) : std::string(1, c);
+    out += byte < 0x20 || c == 0x7f ? formatted("\\u%04x", unsigned{byte}) : std::string(1, c);
   }
   return out + '"';
 }
 
 std::string millimetres(double metres) {
-  std::ostringstream text;
-  text << '"' << 1e3 * metres << " mm\"";
-  return text.str();
+  return formatted("\"%g mm\"", 1e3 * metres);
 }
 
 /// As a session file wants it, where a number alone has no unit.
@@ -79,15 +74,15 @@ std::string session_text(const OwnMesh& own) {
   shape.allow_open = own.allow_open ? 1 : 0;
   const BakedShape baked = bake_object(shape, SessionConfig{}.mesh_memory_limit);
   const MeshStrokes strokes = choose_strokes(baked.shape);
-  std::ostringstream intent;
-  intent << "hover_radius = " << millimetres(strokes.hover)
-         << "\npress_radius = " << millimetres(strokes.press) << "\nstroke_angle = \""
-         << strokes.angle << " rad\"\nstroke_time = \"" << strokes.time() << " s\"\n";
-  if (const Vec3& n = strokes.direction_O; n != Vec3{}) {
-    intent << std::fixed << "direction = [" << n.x << ", " << n.y << ", " << n.z << "]\n";
-  }
+  const Vec3& n = strokes.direction_O;
+  const std::string intent =
+      "hover_radius = " + millimetres(strokes.hover) +
+      "\npress_radius = " + millimetres(strokes.press) +
+      formatted("\nstroke_angle = \"%g rad\"\nstroke_time = \"%g s\"\n", strokes.angle,
+                strokes.time()) +
+      (n == Vec3{} ? "" : formatted("direction = [%f, %f, %f]\n", n.x, n.y, n.z));
   return "[session]\nname = " + quoted(name_of(own)) +
-         "\n\n[device]\nkind = \"simulated-hand\"\n\n[device.hand.intent]\n" + intent.str() + "\n" +
+         "\n\n[device]\nkind = \"simulated-hand\"\n\n[device.hand.intent]\n" + intent + "\n" +
          object_text(own, strokes.centre_O);
 }
 

@@ -230,18 +230,19 @@ void run_record(const RecordOptions& options) {
 }  // namespace
 
 void add_record_command(Command& app) {
-  const auto options = std::make_shared<RecordOptions>();
-  Command command = app.subcommand("record", "Record a running session");
-  command.option("-o,--output FILE.mcap", options->output, "file to write").required();
-  add_duration(command, "--for", options->duration, "how long").show_default("until Ctrl-C");
-  add_session(command, options->session);
-  command.option("--config FILE", options->config, "session file to keep in the recording")
-      .show_default("what hapticd has read");
-  add_standard_rate(command, options->standard_rate);
-  add_overwrite(command, options->overwrite);
-  add_json(command, options->json);
-  command.example("hapt record -o out.mcap --for 10s");
-  command.action([options] { run_record(*options); });
+  add_command<RecordOptions>(
+      app, "record", "Record a running session", run_record,
+      [](Command& command, RecordOptions& options) {
+        command.option("-o,--output FILE.mcap", options.output, "file to write").required();
+        add_duration(command, "--for", options.duration, "how long").show_default("until Ctrl-C");
+        add_session(command, options.session);
+        command.option("--config FILE", options.config, "session file to keep in the recording")
+            .show_default("what hapticd has read");
+        add_standard_rate(command, options.standard_rate);
+        add_overwrite(command, options.overwrite);
+        add_json(command, options.json);
+        command.example("hapt record -o out.mcap --for 10s");
+      });
 }
 
 }  // namespace haptic

@@ -3,10 +3,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <iostream>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <utility>
 
@@ -54,17 +54,9 @@ struct Line {
 std::string state_of(const SegmentHeader* header) {
   if (header == nullptr) return "---";
   if (now_ns() - header->heartbeat_ns.load() > kDeadAfter) return "stuck";
-  switch (static_cast<SegmentState>(header->state.load())) {
-    case SegmentState::kInit:
-      return "start";
-    case SegmentState::kRun:
-      return "run";
-    case SegmentState::kDrain:
-      return "drain";
-    case SegmentState::kDead:
-      return "dead";
-  }
-  return "?";
+  constexpr std::array kStates{"start", "run", "drain", "dead"};  // by SegmentState
+  const uint32_t state = header->state.load();
+  return state < kStates.size() ? kStates[state] : "?";
 }
 
 /// Watches one ring: drained often, reported once per period.
@@ -252,17 +244,19 @@ void run_top(const TopOptions& options) {
 }  // namespace
 
 void add_top_command(Command& app) {
-  const auto options = std::make_shared<TopOptions>();
-  Command command = app.subcommand("top", "Watch the processes of a running session");
-  add_session(command, options->session);
-  add_duration(command, "-d,--period", options->period, "between two screens").show_default();
-  command.option("-n", options->screens, "screens to print")
-      .range(1, 1000000)
-      .show_default("until Ctrl-C");
-  command.flag("-b,--batch", options->batch, "do not clear the screen in between");
-  command.flag("--json", options->json, "for scripts: one JSON object per screen, in one line");
-  command.example("hapt top -n 1 --json");
-  command.action([options] { run_top(*options); });
+  add_command<TopOptions>(
+      app, "top", "Watch the processes of a running session", run_top,
+      [](Command& command, TopOptions& options) {
+        add_session(command, options.session);
+        add_duration(command, "-d,--period", options.period, "between two screens").show_default();
+        command.option("-n", options.screens, "screens to print")
+            .range(1, 1000000)
+            .show_default("until Ctrl-C");
+        command.flag("-b,--batch", options.batch, "do not clear the screen in between");
+        command.flag("--json", options.json,
+                     "for scripts: one JSON object per screen, in one line");
+        command.example("hapt top -n 1 --json");
+      });
 }
 
 }  // namespace haptic

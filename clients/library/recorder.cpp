@@ -14,20 +14,11 @@ namespace {
 constexpr int64_t kChunkPeriodNs = kNsPerSecond / 4;  // a killed recorder loses its open chunk
 constexpr uint64_t kMostPerDrain = 4096;              // records per ring, the size of the largest
 
-int64_t time_of(const ServoFrame& frame) {
-  return frame.t_ns;
+int64_t time_of(const auto& record) {
+  return record.t_ns;
 }
 int64_t time_of(const ContactSet& set) {
   return set.answers_t_ns;
-}
-int64_t time_of(const SceneFrame& frame) {
-  return frame.t_ns;
-}
-int64_t time_of(const ControlFrame& frame) {
-  return frame.t_ns;
-}
-int64_t time_of(const Event& event) {
-  return event.t_ns;
 }
 
 size_t index_of(std::string_view topic) {

@@ -229,12 +229,12 @@ McapWriter::Buffer McapWriter::make_chunk(McapChunkIndex& index) const {
   put_record(out, kChunk, chunk_first_ns_, chunk_last_ns_, uint64_t{chunk_.size()},
              crc32(chunk_.data(), chunk_.size()), kZstd, uint64_t{packed.size()},
              std::as_bytes(std::span<const char>(packed)));
-  index.first_ns = chunk_first_ns_;
-  index.last_ns = chunk_last_ns_;
-  index.offset = offset_;
-  index.length = out.size();
-  index.compressed = packed.size();
-  index.uncompressed = chunk_.size();
+  index = {.first_ns = chunk_first_ns_,
+           .last_ns = chunk_last_ns_,
+           .offset = offset_,
+           .length = out.size(),
+           .compressed = packed.size(),
+           .uncompressed = chunk_.size()};
   for (const auto& [channel, messages] : chunk_index_) {
     index.index_offsets[channel] = offset_ + out.size();
     put_record(out, kMessageIndex, channel, messages);

@@ -24,15 +24,13 @@ void Samples::add(Sample sample) {
 }
 
 Sample sample_of(const ServoFrame& frame, const Pose& X_WB) {
-  Sample sample;
-  sample.time = 1e-9 * static_cast<double>(frame.t_ns);
-  sample.force_W = rotate(X_WB.q, frame.F_device_B.f);
-  sample.torque_W = rotate(X_WB.q, frame.F_device_B.t);
-  sample.depth = frame.depth;
-  sample.wake_late = 1e-9 * static_cast<double>(frame.wake_late_ns);
-  sample.flags = frame.flags;
-  sample.contact_seq = frame.contact_seq;
-  return sample;
+  return {.time = 1e-9 * static_cast<double>(frame.t_ns),
+          .force_W = rotate(X_WB.q, frame.F_device_B.f),
+          .torque_W = rotate(X_WB.q, frame.F_device_B.t),
+          .depth = frame.depth,
+          .wake_late = 1e-9 * static_cast<double>(frame.wake_late_ns),
+          .flags = frame.flags,
+          .contact_seq = frame.contact_seq};
 }
 
 }  // namespace haptic

@@ -27,14 +27,7 @@ constexpr std::array<const char*, 6> kColours{"#0067a5", "#d1550a", "#00876c",
                                               "#b4458b", "#8a6d00", "#4d4d4d"};
 
 std::string escaped(const std::string& text) {
-  constexpr std::string_view kMarks = "&<>\"";
-  constexpr std::array kNames{"&amp;", "&lt;", "&gt;", "&quot;"};
-  std::string out;
-  for (const char c : text) {
-    const size_t mark = kMarks.find(c);
-    mark < kNames.size() ? out += kNames[mark] : out += c;
-  }
-  return out;
+  return replaced(text, {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}});
 }
 
 struct Range {

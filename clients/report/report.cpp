@@ -134,9 +134,9 @@ void Rows::add_beside(const std::string& metric, double value, const std::string
 
 void Rows::add(const std::string& metric, const Histogram& durations) {
   if (durations.count() == 0) return;
-  add(metric + " p50", 1e-9 * static_cast<double>(durations.percentile(50)), "s");
-  add(metric + " p99", 1e-9 * static_cast<double>(durations.percentile(99)), "s");
-  add(metric + " max", 1e-9 * static_cast<double>(durations.max()), "s");
+  add({{metric + " p50", 1e-9 * static_cast<double>(durations.percentile(50)), "s"},
+       {metric + " p99", 1e-9 * static_cast<double>(durations.percentile(99)), "s"},
+       {metric + " max", 1e-9 * static_cast<double>(durations.max()), "s"}});
 }
 
 void Rows::append(const std::vector<Row>& rows) {

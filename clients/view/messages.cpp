@@ -20,9 +20,12 @@ Json fault_json(const std::string& words) {
 
 std::string hello_message(const std::string& source, const std::string& session, double missed,
                           const std::vector<std::string>& columns) {
-  Json hello{{"type", "hello"}, {"version", version()}, {"source", source}, {"session", session}};
-  hello["columns"] = columns.empty() ? std::vector<std::string>{session} : columns;
-  hello["control"] = false;
+  Json hello{{"type", "hello"},
+             {"version", version()},
+             {"source", source},
+             {"session", session},
+             {"columns", columns.empty() ? std::vector<std::string>{session} : columns},
+             {"control", false}};
   if (missed >= 0) hello["missed"] = missed;
   return json_compact(hello);
 }
@@ -36,11 +39,10 @@ std::string control_message(bool allowed, const std::string& reason) {
 }
 
 std::string answer_message(const std::string& id, bool ok, const std::string& text) {
-  Json answer{{"type", "answer"}};
-  answer["id"] = Json::parse(id, nullptr, false);
-  answer["ok"] = ok;
-  answer["text"] = one_line(text);
-  return json_compact(answer);
+  return json_compact({{"type", "answer"},
+                       {"id", Json::parse(id, nullptr, false)},
+                       {"ok", ok},
+                       {"text", one_line(text)}});
 }
 
 SessionWords parse_status(std::string_view json) {
@@ -62,29 +64,27 @@ SessionWords parse_status(std::string_view json) {
 
 std::string status_message(const View& view, const SessionWords& words, size_t viewers,
                            uint64_t missed) {
-  Json status{{"type", "status"}, {"processes", Json::array()}};
+  Json processes = Json::array(), faults = Json::array(), warnings = Json::array();
   for (const ProcessView& process : view.processes) {
     if (process.generation == 0) continue;
-    status["processes"].push_back({{"name", process.name},
-                                   {"pid", process.pid},
-                                   {"generation", process.generation},
-                                   {"runs", process.runs},
-                                   {"age", process.age},
-                                   {"rate", process.rate}});
+    processes.push_back({{"name", process.name},
+                         {"pid", process.pid},
+                         {"generation", process.generation},
+                         {"runs", process.runs},
+                         {"age", process.age},
+                         {"rate", process.rate}});
   }
-  status["clients"] = words.clients;
-  status["viewers"] = viewers;
-  status["missed"] = missed;
-  status["faults"] = Json::array();
-  for (const std::string& reason : words.closed_by) {
-    status["faults"].push_back(fault_json(reason));
-  }
-  status["warnings"] = Json::array();
+  for (const std::string& reason : words.closed_by) faults.push_back(fault_json(reason));
   if (words.gone.bodies > 0) {
-    status["warnings"].push_back(
-        {{"text", out_of_reach_text(words.gone)}, {"remedy", kMendOutOfReach}});
+    warnings.push_back({{"text", out_of_reach_text(words.gone)}, {"remedy", kMendOutOfReach}});
   }
-  return json_compact(status);
+  return json_compact({{"type", "status"},
+                       {"processes", processes},
+                       {"clients", words.clients},
+                       {"viewers", viewers},
+                       {"missed", missed},
+                       {"faults", faults},
+                       {"warnings", warnings}});
 }
 
 }  // namespace haptic

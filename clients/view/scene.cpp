@@ -37,9 +37,10 @@ Json objects_json(const SceneInfo& info, const View& view) {
   Json objects = Json::array();
   for (size_t i = 0; i < std::min<size_t>(n, kMaxObjects); ++i) {
     const std::string number = std::to_string(i);
-    Json object{{"index", i}, {"name", "object " + number}};
-    object["mesh"] = path_of(eye_at(info.eyes.objects, i), "mesh", number);
-    object["pieces"] = path_of(eye_at(info.eyes.object_pieces, i), "pieces", number);
+    Json object{{"index", i},
+                {"name", "object " + number},
+                {"mesh", path_of(eye_at(info.eyes.objects, i), "mesh", number)},
+                {"pieces", path_of(eye_at(info.eyes.object_pieces, i), "pieces", number)}};
     if (info.config && i < info.config->n_objects) {
       const ObjectConfig& configured = info.config->objects[i];
       if (!haptic::view(configured.name).empty()) object["name"] = haptic::view(configured.name);
@@ -101,13 +102,15 @@ Json renderer_json(const View& view) {
 void add_device(Json& scene, const SessionConfig& config) {
   const DeviceConfig& device = config.device;
   const DeviceRow& row = row_of(device.kind);
-  scene["device"] = {{"description", row.name},
-                     {"simulated", !row.has_node()},
-                     {"max_force", device.max_force},
-                     {"max_torque", device.max_torque}};
-  scene["limits"] = {{"max_force", config.safety.max_force},
-                     {"max_torque", config.safety.max_torque},
-                     {"stiffness", config.coupling.translational_stiffness}};
+  scene.update(Json{{"device",
+                     {{"description", row.name},
+                      {"simulated", !row.has_node()},
+                      {"max_force", device.max_force},
+                      {"max_torque", device.max_torque}}},
+                    {"limits",
+                     {{"max_force", config.safety.max_force},
+                      {"max_torque", config.safety.max_torque},
+                      {"stiffness", config.coupling.translational_stiffness}}}});
 }
 
 /// A page gets every n-th mark of a kind that has very many: it has fewer pixels than marks.
@@ -128,12 +131,12 @@ Json marks_json(const std::vector<LogMark>& marks) {
 }
 
 void add_log(Json& scene, const LogFacts& log) {
-  scene["first_tick"] = log.first_tick;
-  scene["last_tick"] = log.last_tick;
-  scene["first_time"] = log.first_time;
-  scene["last_time"] = log.last_time;
-  scene["growing"] = log.growing;
-  scene["marks"] = marks_json(log.marks);
+  scene.update(Json{{"first_tick", log.first_tick},
+                    {"last_tick", log.last_tick},
+                    {"first_time", log.first_time},
+                    {"last_time", log.last_time},
+                    {"growing", log.growing},
+                    {"marks", marks_json(log.marks)}});
 }
 
 Json scene_numbers(const Vec3& p) {
@@ -165,13 +168,14 @@ std::string use_config(SceneInfo& info, const std::string& text) {
 }
 
 std::string scene_json(const SceneInfo& info, const View& view, bool with_config) {
-  Json scene{{"type", "scene"}, {"session", info.session}};
-  scene["objects"] = objects_json(info, view);
-  scene["tool"] = tool_json(info);
-  scene["joints"] = joints_json(info);
-  scene["renderers"] = renderers_json(info);
-  scene["renderer"] = renderer_json(view);
-  scene["solvers"] = kSoftSolverNames;  // by SoftSolver
+  Json scene{{"type", "scene"},
+             {"session", info.session},
+             {"objects", objects_json(info, view)},
+             {"tool", tool_json(info)},
+             {"joints", joints_json(info)},
+             {"renderers", renderers_json(info)},
+             {"renderer", renderer_json(view)},
+             {"solvers", kSoftSolverNames}};  // by SoftSolver
   if (info.config) add_device(scene, *info.config);
   if (info.started >= 0) scene["started"] = info.started;
   if (info.log) add_log(scene, *info.log);

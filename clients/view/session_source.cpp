@@ -171,17 +171,17 @@ class Connector {
   std::thread thread_;
 };
 
-ProcessView process_view(const char* name, const SegmentHeader* header, uint64_t generation,
-                         int64_t now) {
-  ProcessView process{name};
-  if (header == nullptr) return process;
-  process.pid = header->pid.load();
-  process.generation = generation;
+ProcessView process_view(const char* name, const auto& ring, int64_t now, double rate) {
+  const SegmentHeader* header = ring.header();
+  if (header == nullptr) return {name};
   const int64_t age_ns = now - header->heartbeat_ns.load();
-  process.age = 1e-9 * static_cast<double>(age_ns);
   const auto state = static_cast<SegmentState>(header->state.load());
-  process.runs = state == SegmentState::kRun && age_ns < kDeadAfter;
-  return process;
+  return {name,
+          header->pid.load(),
+          ring.generation(),
+          state == SegmentState::kRun && age_ns < kDeadAfter,
+          1e-9 * static_cast<double>(age_ns),
+          rate};
 }
 
 class SessionSource {
@@ -232,8 +232,7 @@ class SessionSource {
     read_servo(c);
     if (c.contact.latest(view_.contacts)) {
       view_.has_contacts = true;
-      view_.contact_busy.sum += 1e-9 * static_cast<double>(view_.contacts.busy_ns);
-      ++view_.contact_busy.count;
+      add(view_.contact_busy, view_.contacts.busy_ns);
     }
     view_.has_scene |= c.sim.latest(view_.scene);
     view_.has_control |= c.control.latest(view_.control);
@@ -243,14 +242,10 @@ class SessionSource {
     view_.rate_servo = servo_meter_.rate();
     view_.rate_contact = contact_meter_.rate();
     view_.rate_sim = sim_meter_.rate();
-    view_.processes = {
-        process_view(ServoChannels::kName, c.servo.header(), c.servo.generation(), now),
-        process_view(ContactChannels::kName, c.contact.header(), c.contact.generation(), now),
-        process_view(SimChannels::kName, c.sim.header(), c.sim.generation(), now),
-        process_view("hapticd", c.control.header(), c.control.generation(), now)};
-    view_.processes[0].rate = view_.rate_servo;
-    view_.processes[1].rate = view_.rate_contact;
-    view_.processes[2].rate = view_.rate_sim;
+    view_.processes = {process_view(ServoChannels::kName, c.servo, now, view_.rate_servo),
+                       process_view(ContactChannels::kName, c.contact, now, view_.rate_contact),
+                       process_view(SimChannels::kName, c.sim, now, view_.rate_sim),
+                       process_view("hapticd", c.control, now, 0)};
     // hapticd's heart does not beat: it is there as long as the connection is
     view_.processes[3].runs = view_.processes[3].generation > 0;
     view_.processes[3].age = 0;

@@ -2,11 +2,11 @@
 #include "proto/config/config_warnings.h"
 
 #include <algorithm>
-#include <sstream>
 
 #include "proto/config/coupling_margin.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
+#include "proto/os/text.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {
@@ -65,30 +65,26 @@ std::vector<FeltAxis> felt_axes(const SessionConfig& config) {
 
 /// "stiffness in [coupling] is 800 N/m at the device, whose own damping is 0.5 N·s/m"
 std::string words_of(const FeltAxis& felt) {
-  std::ostringstream text;
-  text.precision(5);
-  text << felt.words.stiffness << " is " << felt.axis.stiffness << " " << felt.words.stiffness_unit
-       << " at the device, whose own damping is " << felt.axis.damping << " "
-       << felt.words.damping_unit;
-  return text.str();
+  return formatted("%s is %.5g %s at the device, whose own damping is %.5g %s",
+                   felt.words.stiffness, felt.axis.stiffness, felt.words.stiffness_unit,
+                   felt.axis.damping, felt.words.damping_unit);
+}
+
+/// How the stiffness, the damping or the rate would have to change.
+std::string mend_of(const FeltAxis& felt) {
+  return std::string("lower it, or ") + felt.words.damping + ", or raise rate in [servo]";
 }
 
 void check_axis(const FeltAxis& felt, std::vector<std::string>& lines) {
   const double most = passive_stiffness(felt.axis), margin = two_port_margin(felt.axis);
-  std::ostringstream text;
-  text.precision(5);
-  text << words_of(felt) << ": ";
-  if (felt.axis.stiffness >= most) {
-    text << "passive is less than 2 (b - b_c)/T = " << most << " " << felt.words.stiffness_unit
-         << " (two-port margin " << margin << ")";
-  } else if (margin < 0) {
-    text << "its two-port margin is " << margin << ", below zero";
-  } else {
-    return;
-  }
-  text << ", and it may sing in a light hand; lower it, or " << felt.words.damping
-       << ", or raise rate in [servo]";
-  lines.push_back(text.str());
+  const bool is_beyond = felt.axis.stiffness >= most;
+  if (!is_beyond && !(margin < 0)) return;
+  lines.push_back(
+      words_of(felt) + ": " +
+      (is_beyond ? formatted("passive is less than 2 (b - b_c)/T = %.5g %s (two-port margin %.5g)",
+                             most, felt.words.stiffness_unit, margin)
+                 : formatted("its two-port margin is %.5g, below zero", margin)) +
+      ", and it may sing in a light hand; " + mend_of(felt));
 }
 
 }  // namespace
@@ -113,13 +109,10 @@ std::string too_stiff(const SessionConfig& config, const SessionConfig* held) {
       return b.words.stiffness == felt.words.stiffness && excess(b.axis) >= excess(felt.axis);
     });
     if (is_held) continue;
-    std::ostringstream text;
-    text.precision(5);
-    text << words_of(felt)
-         << ": more than twice what it holds, 2 (b - b_c)/T = " << passive_stiffness(felt.axis)
-         << " " << felt.words.stiffness_unit << "; lower it, or " << felt.words.damping
-         << ", or raise rate in [servo] (hapticd and hapt set take --force)";
-    return text.str();
+    return words_of(felt) +
+           formatted(": more than twice what it holds, 2 (b - b_c)/T = %.5g %s; ",
+                     passive_stiffness(felt.axis), felt.words.stiffness_unit) +
+           mend_of(felt) + " (hapticd and hapt set take --force)";
   }
   return "";
 }

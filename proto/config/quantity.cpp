@@ -10,6 +10,7 @@
 
 #include "proto/math/units.h"
 #include "proto/os/message.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -128,21 +129,6 @@ const Kind& kind_of_dimension(Dimension dimension) {
                        [&](const Kind& kind) { return kind.dimension == dimension; });
 }
 
-/// The unit without spaces and multiplication signs.
-std::string compact(std::string_view unit) {
-  std::string out;
-  constexpr std::string_view kDot = "·";
-  while (!unit.empty()) {
-    if (unit.starts_with(kDot)) {
-      unit.remove_prefix(kDot.size());
-      continue;
-    }
-    if (unit.front() != ' ' && unit.front() != '*') out += unit.front();
-    unit.remove_prefix(1);
-  }
-  return out;
-}
-
 /// The unit whose factor is 1.
 std::string_view si_unit(Dimension dimension) {
   return std::find_if(
@@ -199,7 +185,8 @@ double with_unit(const Number& number, Dimension dimension, std::string_view bar
   const auto fail = [&](const std::string& what) {
     throw QuantityError(quoted + " " + what + "; " + how_to_write(dimension));
   };
-  std::string unit = compact(number.rest);
+  // without spaces and multiplication signs
+  std::string unit = replaced(number.rest, {{"·", ""}, {"*", ""}, {" ", ""}});
   if (unit.empty()) unit = bare_unit;
   if (unit.empty()) fail("needs a unit");
   const auto at =

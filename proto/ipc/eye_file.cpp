@@ -101,16 +101,16 @@ EyeFile view_eye(std::span<const std::byte> bytes) {
       bytes.size() == size_of(header),
       std::to_string(bytes.size()) + " bytes, its counts need " + std::to_string(size_of(header)));
   require_colour(header.colour);
-  EyeFile file;
-  file.object = header.object;
-  file.colour = header.colour;
-  const auto* end = std::find(header.name.begin(), header.name.end(), '\0');
-  file.name = shown({header.name.data(), static_cast<size_t>(end - header.name.begin())});
+  const auto* name_end = std::find(header.name.begin(), header.name.end(), '\0');
+  const std::string_view name(header.name.begin(), name_end);
   const std::byte* at = bytes.data() + sizeof header;
-  file.vertices = take<EyePoint>(at, header.n_vertices);
-  file.normals = take<EyePoint>(at, header.n_vertices);
-  file.triangles = take<EyeTriangle>(at, header.n_triangles);
-  file.points = take<EyePoint>(at, header.n_points);
+  EyeFile file{header.object,
+               shown(name),
+               header.colour,
+               take<EyePoint>(at, header.n_vertices),
+               take<EyePoint>(at, header.n_vertices),
+               take<EyeTriangle>(at, header.n_triangles),
+               take<EyePoint>(at, header.n_points)};
   require_finite(file.vertices, "vertex");
   require_finite(file.normals, "normal");
   require_finite(file.points, "point");
@@ -123,13 +123,14 @@ std::vector<std::byte> write_eye(const EyeFile& file) {
   for (const size_t n : {file.vertices.size(), file.triangles.size(), file.points.size()}) {
     require(n <= kMostEyeBytes / sizeof(EyePoint), "it has too many vertices, triangles or points");
   }
-  Header header{};
-  header.magic = kMagic;
-  header.n_vertices = static_cast<uint32_t>(file.vertices.size());
-  header.n_triangles = static_cast<uint32_t>(file.triangles.size());
-  header.n_points = static_cast<uint32_t>(file.points.size());
-  header.object = file.object;
-  header.colour = file.colour;
+  const auto count = [](const auto& array) { return static_cast<uint32_t>(array.size()); };
+  Header header{kMagic,
+                count(file.vertices),
+                count(file.triangles),
+                count(file.points),
+                file.object,
+                file.colour,
+                {}};
   const std::string_view name = fitting(file.name);
   std::copy(name.begin(), name.end(), header.name.begin());
   std::vector<std::byte> bytes(size_of(header));

@@ -46,21 +46,21 @@ int fail_under_hapticd(const char* program, const std::string& what, int code) {
   return fail(program, std::string(kErrorLine) + what, code);
 }
 
+template <typename Error>
+bool is_a(const std::exception& error) {
+  return dynamic_cast<const Error*>(&error) != nullptr;
+}
+
 int run_parsed(const char* program, int (*run)(const ChildArguments&),
                const ChildArguments& arguments) try {
   return run(arguments);
-} catch (const std::system_error& error) {
-  return fail_under_hapticd(program, error.what(), kExitCrash);
-} catch (const SegmentError& error) {
-  return fail_under_hapticd(program, error.what(), kExitCrash);
-} catch (const HandoutError& error) {
-  return fail_under_hapticd(program, error.what(), kExitCrash);
-} catch (const DeviceError& error) {
-  return fail_under_hapticd(program, error.what(), kExitNoDevice);
 } catch (const std::bad_alloc&) {
   return fail_under_hapticd(program, "out of memory", kExitCrash);
 } catch (const std::exception& error) {
-  return fail_under_hapticd(program, error.what(), kExitBadInput);
+  const bool is_crash =
+      is_a<std::system_error>(error) || is_a<SegmentError>(error) || is_a<HandoutError>(error);
+  const int code = is_crash ? kExitCrash : is_a<DeviceError>(error) ? kExitNoDevice : kExitBadInput;
+  return fail_under_hapticd(program, error.what(), code);
 }
 
 }  // namespace

@@ -172,7 +172,7 @@ SegmentMapping::SegmentMapping(FileDescriptor fd, const SegmentSpec& spec,
   generation_ = header().generation.load(std::memory_order_relaxed);
   // only now: what is refused costs no memory
   madvise(region_.get_address(), region_.get_size(), MADV_POPULATE_READ);
-  if (options.lock_memory && mlock(memory(), spec.total_bytes) != 0) lock_errno_ = errno;
+  if (options.lock_memory) mlock(memory(), spec.total_bytes);
 }
 
 }  // namespace haptic

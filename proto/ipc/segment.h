@@ -220,7 +220,7 @@ class SegmentWriter {
 
 struct ViewOptions {
   int64_t ready_timeout_ns = 0;  // longest wait for the magic number
-  bool lock_memory = false;      // mlock it; a refusal is no error, see lock_errno()
+  bool lock_memory = false;      // mlock it; a refusal is no error
 };
 
 /// A checked, read-only, prefaulted mapping of a segment.
@@ -232,7 +232,6 @@ class SegmentMapping {
   const SegmentHeader& header() const { return *static_cast<const SegmentHeader*>(memory()); }
   const void* memory() const { return region_.get_address(); }
   uint64_t generation() const noexcept { return generation_; }
-  int lock_errno() const noexcept { return lock_errno_; }
 
   /// The rings, if the segment was checked against kSegmentSpec<Channels>.
   template <typename Channels>
@@ -245,7 +244,6 @@ class SegmentMapping {
  private:
   boost::interprocess::mapped_region region_;
   uint64_t generation_ = 0;
-  int lock_errno_ = 0;
 };
 
 /// SegmentMapping of known channels.

@@ -202,23 +202,8 @@ int64_t CsvReader::integer(size_t column) const {
 }
 
 std::string column_name(const Field& field) {
-  std::string suffix = "_";
-  std::string_view unit = field.unit;
-  constexpr std::string_view kDot = "·";
-  while (!unit.empty()) {
-    if (unit.starts_with(kDot)) {
-      unit.remove_prefix(kDot.size());
-    } else if (unit.starts_with("1/")) {
-      suffix += "per_";
-      unit.remove_prefix(2);
-    } else if (unit.starts_with('/')) {
-      suffix += "_per_";
-      unit.remove_prefix(1);
-    } else {
-      suffix += unit.front();
-      unit.remove_prefix(1);
-    }
-  }
+  const std::string suffix =
+      "_" + replaced(field.unit, {{"·", ""}, {"1/", "per_"}, {"/", "_per_"}});
   const bool has_it = suffix.size() == 1 || field.name.ends_with(suffix);
   return has_it ? field.name : field.name + suffix;
 }

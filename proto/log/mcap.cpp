@@ -352,9 +352,7 @@ void McapReader::scan(uint64_t from) {
 void McapReader::scan_record(Record& record) {
   if (record.op == kChunk) {
     read_content(record, 2 * sizeof(uint64_t));
-    McapChunkIndex chunk;
-    chunk.offset = record.offset;
-    chunk.length = record.length;
+    McapChunkIndex chunk{.offset = record.offset, .length = record.length};
     Parser(record.content).take(chunk.first_ns, chunk.last_ns);
     known_.chunks.push_back(std::move(chunk));
   } else if (record.op == kAttachment) {

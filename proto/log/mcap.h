@@ -52,7 +52,7 @@ struct McapChunkIndex {
   uint64_t offset = 0, length = 0;     // of the chunk record
   uint64_t index_length = 0;           // of the message index records behind it
   uint64_t compressed = 0, uncompressed = 0;
-  std::map<uint16_t, uint64_t> index_offsets;  // channel → its message index record
+  std::map<uint16_t, uint64_t> index_offsets{};  // channel → its message index record
 };
 
 struct McapMetadataIndex {

@@ -33,7 +33,7 @@ class Broyden {
   Vec6 next(const Vec6& y, const Vec6& residual) {
     if (asked_) {
       const Vec6 dy = difference(y, y_), dr = difference(residual_, residual);
-      const Vec6 mapped = multiply(dr), left = multiply_transposed(dy);
+      const Vec6 mapped = inverse_ * dr, left = multiply_transposed(dy);
       const double denominator = dot(dy, mapped);
       // after a much larger residual or a degenerate secant: plain iteration again
       if (norm(residual) >= kMuchWorse * norm(residual_) ||
@@ -48,7 +48,7 @@ class Broyden {
     }
     y_ = y, residual_ = residual, asked_ = true;
     Vec6 ahead = y;
-    add_scaled(ahead, 1, multiply(residual));
+    add_scaled(ahead, 1, inverse_ * residual);
     return ahead;
   }
 
@@ -57,13 +57,6 @@ class Broyden {
     Mat6 one;
     for (size_t i = 0; i < 6; ++i) one(i, i) = 1;
     return one;
-  }
-  Vec6 multiply(const Vec6& x) const {
-    Vec6 out{};
-    for (size_t i = 0; i < 6; ++i) {
-      for (size_t j = 0; j < 6; ++j) out[i] += inverse_(i, j) * x[j];
-    }
-    return out;
   }
   Vec6 multiply_transposed(const Vec6& x) const {
     Vec6 out{};

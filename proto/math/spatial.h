@@ -50,12 +50,16 @@ constexpr std::array<double, 6> components(const Vec3& first, const Vec3& second
   return {first.x, first.y, first.z, second.x, second.y, second.z};
 }
 
-constexpr Wrench operator*(const Mat6& m, const Twist& motion) {
-  const std::array<double, 6> x = components(motion.v, motion.w);
+constexpr std::array<double, 6> operator*(const Mat6& m, const std::array<double, 6>& x) {
   std::array<double, 6> y{};
   for (size_t i = 0; i < 6; ++i) {
     for (size_t j = 0; j < 6; ++j) y[i] += m(i, j) * x[j];
   }
+  return y;
+}
+
+constexpr Wrench operator*(const Mat6& m, const Twist& motion) {
+  const std::array<double, 6> y = m * components(motion.v, motion.w);
   return {{y[0], y[1], y[2]}, {y[3], y[4], y[5]}};
 }
 

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "proto/os/message.h"
 
@@ -23,6 +26,22 @@ std::string formatted(const char* pattern, auto... values) {
   char text[512];
   std::snprintf(text, sizeof text, pattern, values...);
   return text;
+}
+
+/// The text with some pieces replaced, each by what stands beside it; of two that fit at one place
+/// the first counts.
+inline std::string replaced(
+    std::string_view text,
+    std::initializer_list<std::pair<std::string_view, std::string_view>> pieces) {
+  std::string out;
+  while (!text.empty()) {
+    const auto fits = [&](const auto& piece) { return text.starts_with(piece.first); };
+    const auto found = std::ranges::find_if(pieces, fits);
+    const bool is_found = found != pieces.end();
+    out += is_found ? found->second : text.substr(0, 1);
+    text.remove_prefix(is_found ? found->first.size() : 1);
+  }
+  return out;
 }
 
 /// The number that is the whole of a text; none if the text is none, or not that alone.

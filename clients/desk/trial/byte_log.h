@@ -27,7 +27,4 @@ inline constexpr const char* kDeviceBytesHeader = "# hapticd device bytes 1";
 
 void write_device_bytes(const std::vector<DeviceBytes>& pieces, std::ostream& out);
 
-/// Throws InputError with the number of the line that is wrong.
-std::vector<DeviceBytes> read_device_bytes(std::istream& in);
-
 }  // namespace haptic

@@ -69,24 +69,19 @@ std::vector<TrialRow> LookStep::rows() const {
   const Vec3 way = most_B_ - least_B_;
   const bool homed = (flags_ & kDeviceHomed) != 0, lost = (flags_ & kDeviceLost) != 0;
   const bool doubtful = (any_flags_ & (kDeviceStale | kDeviceNoisy)) != 0;
-  std::vector<TrialRow> rows;
-  rows.push_back(
-      {"it answers", formatted("%.0f samples a second", rate), verdict(fresh_ > 0 && !lost)});
-  rows.push_back({"without gaps", formatted("longest silence %.1f ms", 1e3 * longest_silence_),
-                  verdict(fresh_ > 0 && longest_silence_ < kMostSilence)});
-  rows.push_back({"answers match the requests", doubtful ? "stale or noisy" : "always",
-                  verdict(!doubtful && backward_ == 0 && unsound_ == 0)});
-  rows.push_back(
-      {"homed", homed ? "yes" : "no: home it as its manual says, begin again", verdict(homed)});
   // a hand that did not move leaves it open
   const bool moved = std::max({way.x, way.y, way.z}) > kLeastWay;
-  rows.push_back({"encoders follow the hand",
-                  formatted("x %.0f mm, y %.0f mm, ", 1e3 * way.x, 1e3 * way.y) +
-                      formatted("z %.0f mm", 1e3 * way.z),
-                  moved ? Verdict::kPassed : Verdict::kUnclear});
-  rows.push_back({"speed of a hand", formatted("at most %.2f m/s", fastest_),
-                  verdict(fastest_ < kMostHandSpeed)});
-  return rows;
+  return {{"it answers", formatted("%.0f samples a second", rate), verdict(fresh_ > 0 && !lost)},
+          {"without gaps", formatted("longest silence %.1f ms", 1e3 * longest_silence_),
+           verdict(fresh_ > 0 && longest_silence_ < kMostSilence)},
+          {"answers match the requests", doubtful ? "stale or noisy" : "always",
+           verdict(!doubtful && backward_ == 0 && unsound_ == 0)},
+          {"homed", homed ? "yes" : "no: home it as its manual says, begin again", verdict(homed)},
+          {"encoders follow the hand",
+           formatted("x %.0f mm, y %.0f mm, z %.0f mm", 1e3 * way.x, 1e3 * way.y, 1e3 * way.z),
+           moved ? Verdict::kPassed : Verdict::kUnclear},
+          {"speed of a hand", formatted("at most %.2f m/s", fastest_),
+           verdict(fastest_ < kMostHandSpeed)}};
 }
 
 PushStep::PushStep(const SafetyLimits& limits)

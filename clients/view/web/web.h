@@ -70,7 +70,7 @@ struct WebHandlers {
 };
 
 /// Codes of RFC 6455 with which a WebSocket is closed.
-enum class CloseCode : uint16_t { kGoingAway = 1001, kUnsupported = 1003, kPolicy = 1008 };
+enum class CloseCode : uint16_t { kUnsupported = 1003, kPolicy = 1008 };
 
 struct WebOptions {
   std::string address = "127.0.0.1";

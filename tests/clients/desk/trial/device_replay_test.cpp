@@ -8,6 +8,7 @@
 #include "device-io/woodenhaptics/kinematics.h"
 #include "device-io/woodenhaptics/motor_device.h"
 #include "tests/support/data.h"
+#include "tests/support/usb/device_bytes.h"
 #include "tests/support/usb/device_replay.h"
 
 namespace haptic {
@@ -17,7 +18,7 @@ constexpr int64_t kTickNs = 1'000'000;
 
 std::vector<DeviceBytes> recorded() {
   std::ifstream in(test::from_source("tests/clients/desk/trial/emulated-woody.bytes"));
-  return read_device_bytes(in);
+  return test::read_device_bytes(in);
 }
 
 /// The states that the driver made of a recording, tick by tick.

@@ -11,6 +11,7 @@
 #include "proto/os/message.h"
 #include "proto/os/serial_port.h"
 #include "tests/support/pty_line.h"
+#include "tests/support/usb/device_bytes.h"
 
 namespace haptic {
 namespace {
@@ -98,7 +99,7 @@ TEST_CASE("device bytes: a file is read as it was written, and begins as documen
   std::stringstream file;
   write_device_bytes(pieces, file);
   CHECK(file.str() == "# hapticd device bytes 1\n0 > 5b305d0a\n120 < 00ff80\n120 > 78\n");
-  CHECK(read_device_bytes(file) == pieces);
+  CHECK(test::read_device_bytes(file) == pieces);
 }
 
 TEST_CASE("device bytes: a line that is wrong is named") {
@@ -106,14 +107,14 @@ TEST_CASE("device bytes: a line that is wrong is named") {
                                     "0 > 5b", "5 > \x1b[2J");
   std::istringstream file(std::string(kDeviceBytesHeader) + "\n# a remark\n3 > 5b\n" + line + "\n");
   try {
-    read_device_bytes(file);
+    test::read_device_bytes(file);
     FAIL("it was read");
   } catch (const InputError& error) {
     CHECK(std::string(error.what()).starts_with("line 4: "));
     CHECK(one_line(error.what()) == error.what());
   }
   std::istringstream other("t_s,x_m\n");
-  CHECK_THROWS_AS(read_device_bytes(other), InputError);
+  CHECK_THROWS_AS(test::read_device_bytes(other), InputError);
 }
 
 TEST_CASE("trial run: a signal ends it, and the device is left with zero force") {
