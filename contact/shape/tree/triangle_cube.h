@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "contact/shape/mesh/triangle_mesh.h"
 #include "proto/math/vec3.h"
 
 namespace haptic {
