@@ -268,8 +268,8 @@ void Bridge::check_token(SocketId id, Viewer& viewer, const std::string& token) 
 void Bridge::command(SocketId id, const Viewer& viewer, const CommandMessage& said) {
   const auto reply = [this, id, number = said.id](bool ok, const std::string& text) {
     const auto found = viewers_.find(id);
-    if (found == viewers_.end()) return;
-    tell(id, found->second, {shared_text(answer_message(number, ok, text))});
+    if (found != viewers_.end())
+      tell(id, found->second, {shared_text(answer_message(number, ok, text))});
   };
   if (!viewer.may_control) {
     return reply(false, "this page may only watch; open the address that the bridge printed");

@@ -97,14 +97,12 @@ void show(const ViewCommand& options) {
     if (!is_log) throw InputError("--clearance: belongs to a recording; name its file (.mcap)");
     tightest = read_tightest(options.clearance);
   }
-  BridgeOptions bridge_options;
-  bridge_options.web.address = options.address;
-  bridge_options.web.port = static_cast<uint16_t>(options.port);
-  bridge_options.rules.hosts = options.hosts;
-  bridge_options.rules.origins = options.origins;
-  bridge_options.token = make_token();
-  bridge_options.page_folder = options.page.empty() ? find_page() : options.page;
-  bridge_options.say = [session](const std::string& line) { return say_to_session(session, line); };
+  const BridgeOptions bridge_options{
+      .web = {.address = options.address, .port = static_cast<uint16_t>(options.port)},
+      .rules = {.hosts = options.hosts, .origins = options.origins},
+      .token = make_token(),
+      .page_folder = options.page.empty() ? find_page() : options.page,
+      .say = [session](const std::string& line) { return say_to_session(session, line); }};
   Bridge bridge(is_log ? log_source(options.session.name, tightest) : session_source(session),
                 bridge_options);
 
