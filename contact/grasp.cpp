@@ -24,21 +24,21 @@ const RendererRow& renderer_of(const ContactSet& set) {
 
 /// Gap between the proxy and a contact's plane [m].
 double gap_of(const ContactModel& model, const ContactSet& set, const Contact& c) {
-  const Pose& X_WO = set.X_WO[c.object];
+  const Pose& X_WO = set.objects[c.object].X_WO;
   const bool is_body = renderer_of(set).moves >= Moves::kSoftBody;
   const Vec3 tool_W = is_body ? place_of(set) * c.tool_point_T : place_of(set).p;
   const double radius = renderer_of(set).moves == Moves::kSphere ? model.radius : 0;
   return dot(rotate(X_WO.q, c.normal_O), tool_W - X_WO * c.object_point_O) - radius;
 }
 
-Contact guide_row(const Grasp& grasp, const Vec3& tool_point_T, const Vec3& normal_O,
-                  uint32_t index) {
-  Contact row{};
+GuideRow guide_row(const Grasp& grasp, const Vec3& tool_point_T, const Vec3& normal_O,
+                   uint32_t index) {
+  GuideRow row{};
   row.tool_point_T = tool_point_T;
   row.object_point_O = grasp.X_OT * tool_point_T;
-  row.normal_O = row.shading_normal_O = normal_O;
-  row.object = row.material = grasp.object;
-  row.feature = guide_feature(index);
+  row.normal_O = normal_O;
+  row.object = grasp.object;
+  row.row = index;
   return row;
 }
 
@@ -47,18 +47,13 @@ constexpr std::array<Vec3, 3> kAxes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 void add_guides(const Grasp& grasp, const ContactModel& model, ContactSet& set) {
   const bool is_body = renderer_of(set).moves >= Moves::kSoftBody;
   const uint32_t n_guides = is_body ? 6 : 3;
-  if (set.n_contacts > kMaxContacts - n_guides) {
-    set.flags |= kContactTruncated;
-    set.n_contacts = kMaxContacts - n_guides;
-    set.n_active = std::min(set.n_active, set.n_contacts);
-  }
   const ToolBody& body = model.body;
   for (uint32_t i = 0; i < n_guides; ++i) {
     const size_t k = i % 3;
     Vec3 point_T = is_body ? body.centre_T : Vec3{};
     if (i >= 3) point_T += body.radius * kAxes[(k + 2) % 3];
     const Vec3 normal_O = is_body ? rotate(grasp.X_OT.q, kAxes[k]) : kAxes[k];
-    set.contacts[set.n_contacts++] = guide_row(grasp, point_T, normal_O, i);
+    set.guides.push_back(guide_row(grasp, point_T, normal_O, i));
   }
 }
 
@@ -76,8 +71,8 @@ bool follow_button(Grasp& grasp, int32_t button, const ServoFrame& servo) {
 
 ServoFrame drawn_frame(const Grasp& grasp, const ServoFrame& servo, const SceneFrame* scene,
                        const PointScene& now) {
+  HAPTIC_ASSERT(grasp.holds());
   ServoFrame drawn = servo;
-  if (!grasp.holds()) return drawn;
   const double strength = strength_of(grasp, servo);
   const Pose& X_WO = now.X_WO[grasp.object];
   Pose X_WP = X_WO * grasp.X_OT;
@@ -98,20 +93,19 @@ void seize(Grasp& grasp, const ContactModel& model, const ServoFrame& servo,
            const ContactSet& set) {
   HAPTIC_ASSERT(!grasp.holds());
   double nearest = kMinReach;
-  for (uint32_t i = 0; i < set.n_contacts; ++i) {
-    const Contact& c = set.contacts[i];
+  for (const Contact& c : set.contacts) {
     const double gap = gap_of(model, set, c);
     if (c.object >= model.shapes.size() || !(gap <= nearest)) continue;
     nearest = gap;
     grasp.object = c.object;
   }
   if (!grasp.holds()) return;
-  grasp.X_OT = inverse(set.X_WO[grasp.object]) * place_of(set);
+  grasp.X_OT = inverse(set.objects[grasp.object].X_WO) * place_of(set);
   grasp.since_ns = servo.t_ns;
 }
 
 void report_grasp(Grasp& grasp, const ContactModel& model, ContactSet& set) {
-  HAPTIC_ASSERT(grasp.holds() && set.n_contacts <= kMaxContacts);
+  HAPTIC_ASSERT(grasp.holds() && set.guides.empty());
   // crushed, or without a place: what follows begins without a force
   if ((set.flags & kContactNoFreePose) != 0) {
     grasp.object = kMaxObjects;

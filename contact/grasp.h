@@ -18,8 +18,8 @@ struct Grasp {
 /// Lets go where the button is up, or no force may be felt. True: the button has just gone down.
 bool follow_button(Grasp& grasp, int32_t button, const ServoFrame& servo);
 
-/// The frame as a detector is asked about it: its tool is drawn towards where it is held, so that
-/// the proxy stays there, and other objects are seen from there.
+/// The frame as a detector is asked about it while an object is held: its tool is drawn towards
+/// where it is held, so that the proxy stays there, and other objects are seen from there.
 ServoFrame drawn_frame(const Grasp& grasp, const ServoFrame& servo, const SceneFrame* scene,
                        const PointScene& now);
 

@@ -31,9 +31,9 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
   }
   double scene_speed = 0;
   if (scene != nullptr) {
-    for (uint32_t i = 0; i < std::min(scene->n_objects, kMaxObjects); ++i) {
-      const Vec3 v_W =
-          surface_velocity(*scene, i, scene->X_WO[i], servo.X_WT.p, servo.t_ns, push_of(servo));
+    for (uint32_t i = 0; i < scene->objects.size(); ++i) {
+      const Vec3 v_W = surface_velocity(*scene, i, scene->objects[i].X_WO, servo.X_WT.p, servo.t_ns,
+                                        push_of(servo));
       scene_speed = std::max(scene_speed, norm(v_W));
     }
   }
@@ -43,18 +43,13 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
 }
 
 /// The header of an answer: the fields that do not depend on the detector.
-ContactSet begin_set(const ContactModel& model, const ServoFrame& servo, const SceneFrame* scene) {
+ContactSet begin_set(const ServoFrame& servo, const SceneFrame* scene) {
   ContactSet set{};
   set.answers_tick = servo.tick;
   set.answers_t_ns = servo.t_ns;
   set.X_WT = servo.X_WT;
   if (is_finite(servo.X_WT)) set.X_WG = servo.X_WT;
-  set.n_objects = static_cast<uint32_t>(model.shapes.size());
-  if (scene == nullptr) {
-    set.flags |= kContactNoScene;
-  } else {
-    set.scene_seq = scene->seq;
-  }
+  if (scene != nullptr) set.scene_seq = scene->seq;
   return set;
 }
 
@@ -71,7 +66,8 @@ bool is_usable(const ServoFrame& servo, const PointScene& now) {
 ContactState::ContactState(const ContactModel& model) : renderer(model.renderer) {
   // a question that is not usable makes what the detector keeps, before the first real one
   const ServoFrame servo{};
-  ContactQuestion question{servo, nullptr, renderer, scene_at(model, nullptr, servo, 0)};
+  const PointScene now = scene_at(model, nullptr, servo, 0);
+  ContactQuestion question{servo, nullptr, renderer, now};
   question.usable = false;
   ContactSet set{};
   detect(model, detector, question, set);
@@ -81,9 +77,18 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
                         const SceneFrame* scene) {
   HAPTIC_ASSERT(model.servo_period > 0 && state.period >= 0);
   const bool seizes = follow_button(state.grasp, model.grasp_button, hand);
-  const PointScene now = scene_at(model, scene, hand, hand.t_ns);
-  const ServoFrame servo = drawn_frame(state.grasp, hand, scene, now);
-  ContactSet set = begin_set(model, servo, scene);
+  PointScene now = scene_at(model, scene, hand, hand.t_ns);
+  // a frame is long: it is copied only where something is held
+  ServoFrame drawn;
+  if (state.grasp.holds()) drawn = drawn_frame(state.grasp, hand, scene, now);
+  const ServoFrame& servo = state.grasp.holds() ? drawn : hand;
+  ContactSet set = begin_set(servo, scene);
+  if (state.seq > 0 && hand.tick > state.last_tick) {
+    state.skipped += hand.tick - state.last_tick - 1;
+  }
+  state.last_tick = hand.tick;
+  set.skipped = state.skipped;
+  set.behind_since_ns = state.behind.seen(state.skipped, hand.t_ns);
   set.seq = state.seq++;
   const auto renderer =
       is_renderer(servo.renderer) ? static_cast<Renderer>(servo.renderer) : state.renderer;
@@ -91,16 +96,18 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   question.changed = renderer != state.renderer && state.seq > 1;
   state.renderer = renderer;
   set.renderer = static_cast<uint32_t>(renderer);
-  set.X_WO = question.now.X_WO;
-  question.now.radius = row_of(renderer).moves == Moves::kSphere ? model.radius : 0;
-  question.usable = is_usable(servo, question.now);
+  for (const Pose& X_WO : now.X_WO) set.objects.push_back({X_WO, 0});
+  now.radius = row_of(renderer).moves == Moves::kSphere ? model.radius : 0;
+  question.usable = is_usable(servo, now);
   question.reach = look_ahead(model, state, servo, scene);
   if (!question.usable) set.flags |= kContactNoFreePose;
 
   detect(model, state.detector, question, set);
-  HAPTIC_ASSERT(set.n_contacts <= kMaxContacts && set.n_active <= set.n_contacts);
-  HAPTIC_ASSERT(set.n_objects <= kMaxObjects);
-  if ((set.flags & kContactNoFreePose) != 0) set.n_contacts = set.n_active = 0;
+  HAPTIC_ASSERT(set.n_active <= set.contacts.size());
+  if ((set.flags & kContactNoFreePose) != 0) {
+    set.contacts.clear();
+    set.n_active = 0;
+  }
   if (seizes && !state.grasp.holds()) seize(state.grasp, model, servo, set);
   if (state.grasp.holds()) report_grasp(state.grasp, model, set);
   if ((set.flags & (kContactReseeded | kContactNoFreePose)) != 0) ++state.reseeds;

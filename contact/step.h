@@ -4,6 +4,7 @@
 #include "contact/detect/detector.h"
 #include "contact/grasp.h"
 #include "proto/config/config.h"
+#include "proto/wire/behind.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
@@ -20,7 +21,9 @@ struct ContactState {
   uint64_t seq = 0;
   uint64_t reseeds = 0;
   int64_t last_answered_ns = 0;
-  double period = 1e-3;  // smoothed time between answered frames [s]
+  double period = 1e-3;                 // smoothed time between answered frames [s]
+  uint64_t last_tick = 0, skipped = 0;  // answered; frames without an answer, since the first
+  BehindSince behind;
 };
 
 /// Answers one ServoFrame, as far as what is grasped draws the tool (grasp.h), with the detector of

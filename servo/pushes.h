@@ -9,14 +9,11 @@
 
 namespace haptic {
 
-/// Objects up to the last one that the scene says a push can move; 0: no scene has come.
-uint32_t count_pushable(const SceneFrame* scene);
-
 /// Impulses that the objects have been pushed with (ServoFrame).
 struct PushCounters {
-  std::array<Wrench, kMaxObjects> impulse_W{};
-  std::array<Wrench, kMaxObjects> impulse_time_W{};  // until t_ns
-  std::array<Wrench, kMaxObjects> last_W{};          // part of impulse_W, of the last tick
+  std::array<ObjectPush, kMaxBodies> objects{};  // until t_ns, by SceneObject::response
+  std::array<Wrench, kMaxBodies> last_W{};       // part of the impulses, of the last tick
+  uint32_t n = 0;                                // of them in use
   Vec3 forgotten_W;
   int64_t since_ns = 0;  // the first tick
   int64_t t_ns = 0;      // this tick

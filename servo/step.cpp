@@ -49,11 +49,8 @@ ServoFrame frame_of(const ServoState& state, const ServoInput& input, const Tick
   // where nothing is felt nothing holds
   if ((flags & kServoClosed) == 0) frame.held_back_W = rendered.held_back_W;
 
-  frame.n_pushable = count_pushable(input.scene);
-  for (uint32_t i = 0; i < frame.n_pushable; ++i) {
-    frame.object_impulse_W[i] = state.pushes.impulse_W[i];
-    frame.object_impulse_time_W[i] = state.pushes.impulse_time_W[i];
-  }
+  const size_t n_pushed = input.scene != nullptr ? input.scene->responses.size() : 0;
+  frame.pushes.assign(std::span(state.pushes.objects).first(n_pushed));
   frame.forgotten_impulse_W = state.pushes.forgotten_W;
   frame.impulses_since_ns = state.pushes.since_ns;
   return frame;
@@ -96,6 +93,7 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
                                            : impedance_tick(model, state, input, start);
   ServoFrame frame = settle(model, state, input, start, outcome);
   frame.flags |= keep_pace(state.pace, input, frame.flags, model.sim_period);
+  frame.behind_since_ns = state.behind.seen(input.skipped, input.t_ns);
   return frame;
 }
 

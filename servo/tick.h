@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "proto/wire/behind.h"
 #include "proto/wire/mapping.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/wire.h"
@@ -68,6 +69,7 @@ struct ServoState {
   LightBodies light;
   ContactAge age;
   Pace pace;
+  BehindSince behind;
   SafetyState safety;
   AdmittanceState admittance;  // of an admittance device
   Clutch clutch;

@@ -18,15 +18,19 @@ constexpr size_t kMostOfSolver = 16 * 1024;  // [bytes]: the state of a servo st
 TickScene scene_of(const ServoState& state, const ServoInput& input, double weight) {
   TickScene scene;
   scene.weight = weight;
-  if (input.contacts != nullptr) scene.X_WO = input.contacts->X_WO;
-  if (input.scene == nullptr) return scene;
   const PushCounters& pushes = state.pushes;
-  const HandPush push{kFirstHand, pushes.t_ns, pushes.since_ns, pushes.impulse_W,
-                      pushes.impulse_time_W};
-  for (uint32_t i = 0; i < std::min(input.scene->n_objects, kMaxObjects); ++i) {
+  const HandPush push{kFirstHand, pushes.t_ns, pushes.since_ns, pushes.objects};
+  const uint32_t n_moved =
+      input.scene != nullptr ? static_cast<uint32_t>(input.scene->objects.size()) : 0;
+  for (uint32_t i = 0; i < n_moved; ++i) {
     const UnseenPush unseen = unseen_push(*input.scene, i, input.t_ns, push);
-    scene.X_WO[i] = object_pose_at(*input.scene, i, input.t_ns, unseen);
-    scene.V_WO[i] = object_twist_at(*input.scene, i, input.t_ns, unseen);
+    scene.X_WO.push_back(object_pose_at(*input.scene, i, input.t_ns, unseen));
+    scene.V_WO.push_back(object_twist_at(*input.scene, i, input.t_ns, unseen));
+  }
+  const size_t n_seen = input.contacts != nullptr ? input.contacts->objects.size() : 0;
+  for (size_t i = n_moved; i < n_seen; ++i) {
+    scene.X_WO.push_back(input.contacts->objects[i].X_WO);
+    scene.V_WO.push_back({});
   }
   return scene;
 }
@@ -37,10 +41,10 @@ HeldBody held_body(const ServoModel& model, const ServoState& state, const Servo
   body.is_wanted =
       is_pressed(input.device, model.map.grasp_button) && !state.clutch.held && !model.admittance;
   const uint32_t object = state.grasp.object;
-  if (input.scene == nullptr || object >= kMaxObjects) return body;
+  if (input.scene == nullptr || object >= input.scene->objects.size()) return body;
   const PushCounters& pushes = state.pushes;
   body.stands = is_mobile(*input.scene, object) &&
-                !takes_pushes(*input.scene, kFirstHand, pushes.since_ns, pushes.t_ns);
+                !takes_pushes(*input.scene, object, kFirstHand, pushes.since_ns, pushes.t_ns);
   return body;
 }
 
@@ -75,7 +79,7 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
   // nothing is known of what a detector without a name has found
   const RendererRow* renderer = renderer_of(input.contacts);
   if (renderer == nullptr) {
-    Rendered none;
+    Rendered none(touch.scene);
     none.X_WP = tool.X_WT;
     return none;
   }

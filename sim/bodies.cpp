@@ -68,23 +68,24 @@ std::vector<std::span<const Vec3>> pieces_of(const PieceTree& tree, const Triang
 void restart(const BodiesModel& model, BodiesState& state, const HandFrames& hands,
              SceneFrame& frame) {
   const SceneFrame& last = state.last;
+  const auto first = std::ranges::find_if(hands, [](const auto* hand) { return hand != nullptr; });
   for (const uint32_t i : model.with_mass) {
-    Pose X_WO = object_pose_at(last, i, frame.t_ns);
-    for (uint32_t hand = 0; hand < kMostHands; ++hand) {
-      if (hands[hand] != nullptr) {
-        X_WO = object_pose_at(last, i, frame.t_ns, push_of(*hands[hand], hand));
-        break;
-      }
+    SceneObject& object = frame.objects[i];
+    object.X_WO = object_pose_at(last, i, frame.t_ns);
+    if (first != hands.end()) {
+      const auto hand = static_cast<uint32_t>(first - hands.begin());
+      object.X_WO = object_pose_at(last, i, frame.t_ns, push_of(**first, hand));
     }
-    state.world->place(i, X_WO, last.V_WO[i]);
-    frame.X_WO[i] = X_WO;
-    frame.V_WO[i] = last.V_WO[i];
-    frame.responses[i] = last.responses[i];
+    object.V_WO = last.objects[i].V_WO;
+    state.world->place(i, object.X_WO, object.V_WO);
+    if (const ObjectResponse* response = response_of(last, i)) {
+      frame.responses[object.response] = *response;
+    }
   }
-  for (uint32_t j = 0; j < std::min(frame.n_joints, last.n_joints); ++j) {
+  for (uint32_t j = 0; j < std::min(frame.joints.size(), last.joints.size()); ++j) {
     state.world->resume_joint(j, last.joints[j].position);
   }
-  for (uint32_t hand = 0; hand < kMostHands; ++hand) {
+  for (uint32_t hand = 0; hand < hands.size(); ++hand) {
     state.seen[hand] = {};
     if (hands[hand] != nullptr) forget_pushes(state.seen[hand], *hands[hand], last, hand);
   }
@@ -104,17 +105,17 @@ bool is_awaited(const BodiesState& state, const HandFrames& hands, int64_t t_ns)
 /// Leaves all bodies where they were, with the twist that they go on with.
 void stand_still(const BodiesModel& model, const SceneFrame& last, SceneFrame& frame) {
   for (const uint32_t i : model.with_mass) {
-    frame.X_WO[i] = last.X_WO[i];
-    frame.V_WO[i] = last.V_WO[i];
+    frame.objects[i].X_WO = last.objects[i].X_WO;
+    frame.objects[i].V_WO = last.objects[i].V_WO;
   }
-  frame.responses = last.responses;
+  frame.responses.assign({last.responses.data(), last.responses.size()});
 }
 
 /// The same, until the hands know; what they push meanwhile is forgotten.
 void await_hands(const BodiesModel& model, BodiesState& state, const HandFrames& hands,
                  SceneFrame& frame) {
   stand_still(model, state.last, frame);
-  for (uint32_t hand = 0; hand < kMostHands; ++hand) {
+  for (uint32_t hand = 0; hand < hands.size(); ++hand) {
     if (hands[hand] != nullptr) forget_pushes(state.seen[hand], *hands[hand], state.last, hand);
   }
 }
@@ -123,18 +124,19 @@ void await_hands(const BodiesModel& model, BodiesState& state, const HandFrames&
 NewPushes give_pushes(const BodiesModel& model, BodiesState& state, const HandFrames& hands,
                       int64_t t_ns, double dt) {
   NewPushes all{};
-  for (uint32_t hand = 0; hand < kMostHands; ++hand) {
+  const size_t n = model.with_mass.size();
+  for (uint32_t hand = 0; hand < hands.size(); ++hand) {
     if (hands[hand] == nullptr) continue;
     const NewPushes pushes = take_pushes(state.seen[hand], *hands[hand], state.last.t_ns);
-    for (const uint32_t i : model.with_mass) {
-      all[i].impulse_W = all[i].impulse_W + pushes[i].impulse_W;
-      all[i].late_W = all[i].late_W + pushes[i].late_W;
+    for (size_t k = 0; k < n; ++k) {
+      all[k].impulse_W = all[k].impulse_W + pushes[k].impulse_W;
+      all[k].late_W = all[k].late_W + pushes[k].late_W;
     }
   }
-  for (const uint32_t i : model.with_mass) {
-    if (all[i].impulse_W == Wrench{}) continue;
-    state.world->push(i, all[i].impulse_W, 1 / dt * all[i].late_W);
-    state.touched_ns[i] = t_ns;
+  for (size_t k = 0; k < n; ++k) {
+    if (all[k].impulse_W == Wrench{}) continue;
+    state.world->push(model.with_mass[k], all[k].impulse_W, 1 / dt * all[k].late_W);
+    state.touched_ns[k] = t_ns;
   }
   return all;
 }
@@ -143,9 +145,11 @@ NewPushes give_pushes(const BodiesModel& model, BodiesState& state, const HandFr
 double step_world(const BodiesModel& model, BodyWorld& world, double dt, const SceneFrame& frame) {
   const int n = steps_between(dt, model.period);
   for (int k = 1; k <= n; ++k) {
-    for (uint32_t i = 0; i < frame.n_objects; ++i) {
+    for (uint32_t i = 0; i < frame.objects.size(); ++i) {
       if (model.world.objects[i].mass.mass > 0) continue;
-      world.place(i, extrapolate(frame.X_WO[i], frame.V_WO[i], (k - n) * (dt / n)), frame.V_WO[i]);
+      const SceneObject& object = frame.objects[i];
+      const double until_end = (k - n) * (dt / n);
+      world.place(i, extrapolate(object.X_WO, object.V_WO, until_end), object.V_WO);
     }
     world.step(dt / n);
   }
@@ -175,24 +179,26 @@ void note_responses(const BodiesModel& model, BodiesState& state, const NewPushe
   for (const uint32_t i : model.with_mass) {
     inertias[i] = {model.world.objects[i].mass.mass, world.motion(i).inertia_W};
   }
-  const std::span<const BodyInertia> bodies(inertias.data(), frame.n_objects);
-  for (const uint32_t i : model.with_mass) {
-    if (is_out_of_reach(world.motion(i).X_WO, model.world.objects[i].X_WO, model.reach)) {
+  const std::span<const BodyInertia> bodies(inertias.data(), frame.objects.size());
+  for (size_t k = 0; k < model.with_mass.size(); ++k) {
+    const uint32_t i = model.with_mass[k];
+    SceneObject& object = frame.objects[i];
+    ObjectResponse& response = frame.responses[k];
+    const MovingBody motion = world.motion(i);
+    if (is_out_of_reach(motion.X_WO, model.world.objects[i].X_WO, model.reach)) {
       world.freeze(i);
-      frame.X_WO[i] = world.motion(i).X_WO;
-      frame.V_WO[i] = {};
-      frame.responses[i].mobility = {};
-      frame.responses[i].acceleration_W = {};
+      object.X_WO = world.motion(i).X_WO;
+      object.V_WO = {};
+      response = {};
       continue;
     }
-    const MovingBody motion = world.motion(i);
     const bool is_touched =
-        state.touched_ns[i] != 0 && frame.t_ns - state.touched_ns[i] < kTouchedNs;
-    const bool has_slept = i < state.last.n_responses && state.last.V_WO[i] == Twist{};
+        state.touched_ns[k] != 0 && frame.t_ns - state.touched_ns[k] < kTouchedNs;
+    const bool has_slept = k < state.last.responses.size() && state.last.objects[i].V_WO == Twist{};
     if (motion.asleep && has_slept && !is_touched) {
-      frame.X_WO[i] = motion.X_WO;
-      frame.V_WO[i] = motion.V_WO;
-      frame.responses[i] = state.last.responses[i];
+      object.X_WO = motion.X_WO;
+      object.V_WO = motion.V_WO;
+      response = state.last.responses[k];
       continue;
     }
     const Vec3 arm_W = motion.X_WO.p - motion.centre_W;
@@ -201,21 +207,29 @@ void note_responses(const BodiesModel& model, BodiesState& state, const NewPushe
     const Mat6 alone = mobility_at_centre(bodies, world.rows(), i, 1);
     const Mat6 held =
         is_touched ? mobility_at_centre(bodies, world.rows(), i, kMostNeighbours) : alone;
-    ObjectResponse& response = frame.responses[i];
     response.mobility = mobility_at(held, arm_W).a;
     response.acceleration_W = acceleration_of(model, motion, inertias[i].mass, alone, arm_W);
     // Bullet moves by the velocity at the end of a step: by an impulse as if it had come at once,
     // and a falling body by half a step of acceleration too far. What something holds is left where
     // it is, or it would creep: its velocity is that of half a step ago
-    const Twist late = moved_by(response.mobility, pushes[i].late_W);
+    const Twist late = moved_by(response.mobility, pushes[k].late_W);
     const Twist& a = response.acceleration_W;
     const double half = is_free ? -0.5 * step * dt : 0;
     const Twist displacement{late.v + half * a.v, late.w + half * a.w};
     if (displacement != Twist{}) world.shift(i, displacement);
     const MovingBody now = world.motion(i);
-    frame.X_WO[i] = now.X_WO;
-    frame.V_WO[i] = now.V_WO;
-    if (!is_free && !now.moves_by_mean) frame.V_WO[i] = now.V_WO + 0.5 * step * a;
+    object.X_WO = now.X_WO;
+    object.V_WO = now.V_WO;
+    if (!is_free && !now.moves_by_mean) object.V_WO = now.V_WO + 0.5 * step * a;
+  }
+}
+
+/// How far the counters of each hand are used.
+void note_seen(const BodiesModel& model, const BodiesState& state, SceneFrame& frame) {
+  for (size_t k = 0; k < model.with_mass.size(); ++k) {
+    for (uint32_t hand = 0; hand < frame.n_hands; ++hand) {
+      frame.seen.push_back(state.seen[hand].pushes[k]);
+    }
   }
 }
 
@@ -254,19 +268,35 @@ BodiesModel build_bodies(const SessionConfig& config, std::span<const MeshShape>
   return model;
 }
 
+bool is_of(const BodiesModel& model, size_t n_objects, const SceneFrame& frame) {
+  const size_t n = model.with_mass.size();
+  if (frame.objects.size() != n_objects || frame.responses.size() != n) return false;
+  if (frame.joints.size() != model.world.joints.size()) return false;
+  if (frame.n_hands == 0 || frame.seen.size() != n * frame.n_hands) return false;
+  for (size_t k = 0; k < n; ++k) {
+    if (frame.objects[model.with_mass[k]].response != k) return false;
+  }
+  return true;
+}
+
 void step_bodies(const BodiesModel& model, BodiesState& state, const HandFrames& hands,
                  SceneFrame& frame) {
+  HAPTIC_ASSERT(hands.size() <= frame.n_hands && frame.n_hands <= kMostHands);
   const double dt = 1e-9 * static_cast<double>(frame.t_ns - state.last.t_ns);
   const bool is_new = !state.world && !state.resumed;
-  const bool was_away = !state.world || state.resumed || dt > kMaxExtrapolation;
+  const bool was_away = !state.world || state.resumed || dt > seconds_of(kExtrapolationNs);
   if (!state.world) state.world.emplace(model.world);
+  for (uint32_t k = 0; k < model.with_mass.size(); ++k) {
+    frame.objects[model.with_mass[k]].response = k;
+  }
   if (is_new) {
     state.last = frame;
-    state.last.n_responses = 0;
-    for (const uint32_t i : model.with_mass) state.last.X_WO[i] = model.world.objects[i].X_WO;
+    for (const uint32_t i : model.with_mass) {
+      state.last.objects[i].X_WO = model.world.objects[i].X_WO;
+    }
   }
-  frame.n_responses = model.with_mass.back() + 1;
-  frame.n_joints = static_cast<uint32_t>(model.world.joints.size());
+  frame.responses.resize(model.with_mass.size());
+  frame.joints.resize(model.world.joints.size());
   state.resumed = false;
   if (was_away) {
     restart(model, state, hands, frame);
@@ -282,13 +312,8 @@ void step_bodies(const BodiesModel& model, BodiesState& state, const HandFrames&
   } else {
     stand_still(model, state.last, frame);
   }
-  for (uint32_t j = 0; j < frame.n_joints; ++j) frame.joints[j] = state.world->joint(j);
-  for (uint32_t hand = 0; hand < kMostHands; ++hand) {
-    frame.seen_t_ns[hand] = state.seen[hand].t_ns;
-    for (const uint32_t i : model.with_mass) {
-      frame.responses[i].seen[hand] = state.seen[hand].pushes[i];
-    }
-  }
+  for (uint32_t j = 0; j < frame.joints.size(); ++j) frame.joints[j] = state.world->joint(j);
+  note_seen(model, state, frame);
   state.last = frame;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <boost/container/static_vector.hpp>
 #include <optional>
 #include <span>
 #include <vector>
@@ -14,13 +15,13 @@
 
 namespace haptic {
 
-/// The newest frame of each hand; null: none yet.
-using HandFrames = std::array<const ServoFrame*, kMostHands>;
+/// The newest frame of each hand of the session; null: none yet.
+using HandFrames = boost::container::static_vector<const ServoFrame*, kMostHands>;
 
 /// Objects with mass and what they collide with. No object has mass: there is no world.
 struct BodiesModel {
   WorldModel world;
-  std::vector<uint32_t> with_mass;  // objects, ascending
+  std::vector<uint32_t> with_mass;  // objects, ascending; by response
   double period = 0;                // of the frames [s]
   double reach = 0;  // [m] a body that is farther from its place at the start stays where it is
 };
@@ -35,10 +36,10 @@ BodiesModel build_bodies(const SessionConfig& config, std::span<const MeshShape>
 struct BodiesState {
   std::optional<BodyWorld> world;
   std::array<SeenCounters, kMostHands> seen{};
-  std::array<int64_t, kMaxObjects> touched_ns{};  // last push of each object; 0: never
-  bool resumed = false;                           // `last` is that of a sim that was away
-  uint64_t returned_seq = 0;                      // of its first frame since it was away
-  int64_t returned_ns = 0;                        // of that frame
+  std::array<int64_t, kMaxBodies> touched_ns{};  // last push of each body; 0: never
+  bool resumed = false;                          // `last` is that of a sim that was away
+  uint64_t returned_seq = 0;                     // of its first frame since it was away
+  int64_t returned_ns = 0;                       // of that frame
   SceneFrame last{};
 };
 
@@ -46,6 +47,9 @@ struct BodiesState {
 /// most 2.2 periods: behind one tick that was left out a single one. A sim rests two thirds of what
 /// it was busy; cut at each period, steps of more than 0.3 of it would keep it late for ever.
 int steps_between(double dt, double period);
+
+/// Returns whether this can be a frame of the same session: as many objects, and the same bodies.
+bool is_of(const BodiesModel& model, size_t n_objects, const SceneFrame& frame);
 
 /// Moves the bodies from state.last to the frame's instant and notes in `frame`, where scripted
 /// objects are already, their poses, twists and responses. The world is made at the first call.

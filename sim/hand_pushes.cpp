@@ -1,27 +1,33 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "sim/hand_pushes.h"
 
+#include <algorithm>
+
 #include "proto/math/assert.h"
+#include "proto/wire/scene_pose.h"
 
 namespace haptic {
 namespace {
+
+/// The counters of a response; a servo that has not seen it yet has none.
+ObjectPush counter_of(const ServoFrame& frame, size_t response) {
+  return response < frame.pushes.size() ? frame.pushes[response] : ObjectPush{};
+}
 
 /// Copies the counters, and leaves what is forgotten.
 void copy_counters(SeenCounters& seen, const ServoFrame& frame) {
   seen.t_ns = frame.t_ns;
   seen.since_ns = frame.impulses_since_ns;
-  for (uint32_t i = 0; i < kMaxObjects; ++i) {
-    seen.pushes[i].impulse_W = frame.object_impulse_W[i];
-    seen.pushes[i].impulse_time_W = frame.object_impulse_time_W[i];
+  for (size_t k = 0; k < seen.pushes.size(); ++k) {
+    const auto [impulse_W, impulse_time_W] = counter_of(frame, k);
+    seen.pushes[k] = {impulse_W, impulse_time_W, seen.pushes[k].forgotten_W, frame.t_ns};
   }
 }
 
 bool is_finite(const ServoFrame& frame) {
-  for (uint32_t i = 0; i < kMaxObjects; ++i) {
-    if (!is_finite(frame.object_impulse_W[i])) return false;
-    if (!is_finite(frame.object_impulse_time_W[i])) return false;
-  }
-  return true;
+  return std::ranges::all_of(frame.pushes, [](const ObjectPush& push) {
+    return is_finite(push.impulse_W) && is_finite(push.impulse_time_W);
+  });
 }
 
 }  // namespace
@@ -35,13 +41,13 @@ NewPushes take_pushes(SeenCounters& seen, const ServoFrame& frame, int64_t from_
   }
   const double between = 1e-9 * static_cast<double>(frame.t_ns - seen.t_ns);
   const double before = 1e-9 * static_cast<double>(frame.t_ns - from_ns);
-  for (uint32_t i = 0; i < kMaxObjects; ++i) {
-    const SeenPush& old = seen.pushes[i];
-    const Wrench& J = frame.object_impulse_W[i];
-    pushes[i].impulse_W = J + -old.impulse_W;
+  for (size_t k = 0; k < pushes.size(); ++k) {
+    const SeenPush& old = seen.pushes[k];
+    const auto [J, S] = counter_of(frame, k);
+    pushes[k].impulse_W = J + -old.impulse_W;
     // S − S_seen − J_seen (t_frame − t_seen) and, with ΔJ from there on, − ΔJ (t_frame − t₀)
-    pushes[i].late_W = frame.object_impulse_time_W[i] + -old.impulse_time_W +
-                       -between * old.impulse_W + -before * pushes[i].impulse_W;
+    pushes[k].late_W =
+        S + -old.impulse_time_W + -between * old.impulse_W + -before * pushes[k].impulse_W;
   }
   copy_counters(seen, frame);
   return pushes;
@@ -49,15 +55,15 @@ NewPushes take_pushes(SeenCounters& seen, const ServoFrame& frame, int64_t from_
 
 void forget_pushes(SeenCounters& seen, const ServoFrame& frame, const SceneFrame& last,
                    uint32_t hand) {
-  HAPTIC_ASSERT(hand < kMostHands);
+  HAPTIC_ASSERT(hand < last.n_hands);
   if (!is_finite(frame) || frame.t_ns == 0) return;
   copy_counters(seen, frame);
-  const bool is_same_servo = last.seen_t_ns[hand] >= frame.impulses_since_ns;
-  for (uint32_t i = 0; i < kMaxObjects; ++i) {
-    const SeenPush& old = last.responses[i].seen[hand];
-    seen.pushes[i].forgotten_W = old.forgotten_W;
-    if (is_same_servo && last.seen_t_ns[hand] != 0) {
-      seen.pushes[i].forgotten_W += frame.object_impulse_W[i].f - old.impulse_W.f;
+  const size_t n = last.n_hands > 0 ? last.seen.size() / last.n_hands : 0;
+  for (size_t k = 0; k < std::min(n, seen.pushes.size()); ++k) {
+    const SeenPush& old = last.seen[k * last.n_hands + hand];
+    seen.pushes[k].forgotten_W = old.forgotten_W;
+    if (is_counted(&old, frame.impulses_since_ns)) {
+      seen.pushes[k].forgotten_W += counter_of(frame, k).impulse_W.f - old.impulse_W.f;
     }
   }
 }

@@ -10,9 +10,9 @@ namespace haptic {
 
 /// How far the counters of a hand have been used.
 struct SeenCounters {
-  int64_t t_ns = 0;      // of the ServoFrame; 0: none yet
-  int64_t since_ns = 0;  // where its counters began
-  std::array<SeenPush, kMaxObjects> pushes{};
+  int64_t t_ns = 0;                           // of the ServoFrame; 0: none yet
+  int64_t since_ns = 0;                       // where its counters began
+  std::array<SeenPush, kMaxBodies> pushes{};  // by response
 };
 
 /// What a hand has pushed an object with since then.
@@ -22,7 +22,7 @@ struct NewPush {
   // S − S_seen − J_seen (t − t_seen) − ΔJ (t − t₀) [N·s², N·m·s²]
   Wrench late_W;
 };
-using NewPushes = std::array<NewPush, kMaxObjects>;
+using NewPushes = std::array<NewPush, kMaxBodies>;  // by response
 
 /// Takes the counters of a frame over. `from_ns`: instant of the last scene. Counters of another
 /// servo, or that are not finite, begin anew and push nothing.

@@ -9,6 +9,7 @@
 #include "contact/bake/session.h"
 #include "proto/ipc/process.h"
 #include "proto/os/priorities.h"
+#include "proto/wire/behind.h"
 #include "sim/step.h"
 
 namespace haptic {
@@ -81,19 +82,25 @@ int run(const ChildArguments& arguments) {
   const auto state = std::make_unique<SimState>();
   child.attach();
   const bool moves_bodies = !model.bodies.with_mass.empty();
-  child.enter_realtime(
-      {.fifo_priority = moves_bodies ? kSimPriority : 0, .lock_memory = moves_bodies});
+  // four frames: the last, the next, that of a step and that of a reader
+  child.enter_realtime({.fifo_priority = moves_bodies ? kSimPriority : 0,
+                        .lock_memory = moves_bodies,
+                        .prefault_stack = 4 * sizeof(SceneFrame) + 128 * 1024});
 
   ControlFrame control{};
   control.scene_time_scale = 1;
   await_session(controls, control);
   SceneFrame frame{};
   if (child.generation() > 1 && predecessors.latest(frame)) resume(model, *state, frame);
+  BehindSince behind;
+  uint64_t skipped = 0;
   const auto publish_step = [&](int64_t t_ns, int64_t begin_ns) {
     controls.latest(control);
     // a ring may hold anything
     const double time_scale = control.scene_time_scale >= 0 ? control.scene_time_scale : 0;
     frame = sim_step(model, *state, {hand.latest()}, t_ns, time_scale);
+    frame.skipped = skipped;
+    frame.behind_since_ns = behind.seen(skipped, t_ns);
     frame.busy_ns = now_ns() - begin_ns;
     child.channels().frames.publish(frame);
   };
@@ -106,6 +113,7 @@ int run(const ChildArguments& arguments) {
   while (!child.stopping()) {
     const Tick tick = clock.wait();
     child.beat(tick);
+    skipped = tick.skipped;
     const int64_t t_ns = grid_point(tick, clock.period());
     publish_step(t_ns, tick.deadline_ns + tick.late_ns);
     if (moves_bodies) rest_after(now_ns(), frame.busy_ns, t_ns + clock.period());

@@ -11,25 +11,22 @@
 namespace haptic {
 namespace {
 
-constexpr auto kMaxExtrapolationNs = static_cast<int64_t>(kMaxExtrapolation * 1e9);
-
 // no time has passed at the first step; after an outage at most the readers' extrapolation
 int64_t elapsed_ns(const SimState& state, int64_t t_ns) {
   if (!state.started) return 0;
   const int64_t elapsed = std::max<int64_t>(0, t_ns - state.t_ns);
-  return state.resumed ? std::min(elapsed, kMaxExtrapolationNs) : elapsed;
+  return state.resumed ? std::min(elapsed, kExtrapolationNs) : elapsed;
 }
 
 }  // namespace
 
 SimModel build_sim(const SessionConfig& config, std::span<const MeshShape> shapes,
                    std::span<const PieceTree> pieces) {
-  return {std::min(config.n_objects, kMaxObjects), config.objects,
-          build_bodies(config, shapes, pieces)};
+  return {config.n_objects, 1, config.objects, build_bodies(config, shapes, pieces)};
 }
 
 SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double time_scale) {
-  return sim_step(model, state, {}, t_ns, time_scale);
+  return sim_step(model, state, HandFrames{}, t_ns, time_scale);
 }
 
 SceneFrame sim_step(const SimModel& model, SimState& state, const HandFrames& hands, int64_t t_ns,
@@ -45,15 +42,16 @@ SceneFrame sim_step(const SimModel& model, SimState& state, const HandFrames& ha
   SceneFrame frame{};
   frame.seq = ++state.seq;
   frame.t_ns = state.t_ns;
-  frame.n_objects = model.n_objects;
+  frame.n_hands = model.n_hands;
+  frame.objects.resize(model.n_objects);
   const double scene_time = 1e-9 * static_cast<double>(state.scene_ns);
   for (uint32_t i = 0; i < model.n_objects; ++i) {
     const ObjectConfig& object = model.objects[i];
     const double speed = phase_speed(object.motion);
     const ScriptedState scripted =
         scripted_state(object, state.first_phase[i] + speed * scene_time, time_scale * speed);
-    frame.X_WO[i] = scripted.X_WO;
-    frame.V_WO[i] = scripted.V_WO;
+    frame.objects[i] = {scripted.X_WO,    scripted.V_WO, frame.t_ns,
+                        kExtrapolationNs, kNoResponse,   kMovedBySim};
   }
   if (!model.bodies.with_mass.empty()) step_bodies(model.bodies, state.bodies, hands, frame);
   return frame;
@@ -61,15 +59,17 @@ SceneFrame sim_step(const SimModel& model, SimState& state, const HandFrames& ha
 
 void resume(const SimModel& model, SimState& state, const SceneFrame& last) {
   HAPTIC_ASSERT(!state.started);
-  state = {};
   state.seq = last.seq;
+  // a ring may hold anything
+  if (!is_of(model.bodies, model.n_objects, last) || last.n_hands != model.n_hands) return;
   state.t_ns = last.t_ns;
   state.started = true;
   state.resumed = true;
   state.bodies.resumed = true;
   state.bodies.last = last;
-  for (uint32_t i = 0; i < std::min(model.n_objects, last.n_objects); ++i) {
-    state.first_phase[i] = phase_of(model.objects[i], last.X_WO[i], last.V_WO[i]);
+  for (uint32_t i = 0; i < model.n_objects; ++i) {
+    const SceneObject& object = last.objects[i];
+    state.first_phase[i] = phase_of(model.objects[i], object.X_WO, object.V_WO);
   }
 }
 

@@ -12,7 +12,7 @@ namespace haptic {
 
 /// The scene as configured; constant after start.
 struct SimModel {
-  uint32_t n_objects = 0;
+  uint32_t n_objects = 0, n_hands = 1;
   std::array<ObjectConfig, kMaxObjects> objects{};
   BodiesModel bodies;
 };
@@ -46,7 +46,7 @@ SceneFrame sim_step(const SimModel& model, SimState& state, const HandFrames& ha
 SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double time_scale = 1);
 
 /// Continues after a restart: seq follows last.seq, and the phases are derived from last's poses
-/// and twists. The first step advances by the time since `last`, at most kMaxExtrapolation
+/// and twists. The first step advances by the time since `last`, at most kExtrapolationNs
 /// (proto/wire/scene_pose.h), where the readers' extrapolation stopped, so that no outage makes the
 /// objects jump. Bodies go on with the twists of `last`; what hands have pushed them with meanwhile
 /// is forgotten. Call before the first step.

@@ -41,13 +41,15 @@ int main(int argc, char** argv) try {
     client.sleep(0.05);
     if (!client.is_connected()) throw std::runtime_error("the session is gone " + client.refusal());
     complete = frames.latest(frame) && scenes.latest(scene) && eyes.tool;
-    for (uint32_t i = 0; i < scene.n_objects; ++i) complete = complete && eyes.objects[i];
+    for (size_t i = 0; i < scene.objects.size(); ++i) complete = complete && eyes.objects[i];
   }
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> svg(std::fopen(argv[1], "w"), std::fclose);
   if (!svg) throw std::runtime_error("cannot write " + shown(argv[1]));
   std::fprintf(svg.get(),
                "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-200 -200 400 400\">\n");
-  for (uint32_t i = 0; i < scene.n_objects; ++i) draw(svg.get(), *eyes.objects[i], scene.X_WO[i]);
+  for (size_t i = 0; i < scene.objects.size(); ++i) {
+    draw(svg.get(), *eyes.objects[i], scene.objects[i].X_WO);
+  }
   draw(svg.get(), *eyes.tool, frame.X_WT);
   const Vec3 p = 1e3 * frame.X_WT.p, tip = p + 10.0 * frame.F_coupling_W.f;
   std::fprintf(svg.get(),

@@ -18,17 +18,20 @@ namespace haptic {
 namespace {
 
 struct ExportOptions {
-  std::string recording, output, topic = std::string(servo_topic(kFirstHand).name);
+  std::string recording, output, topic;
+  uint32_t hand = kFirstHand;  // whose servo, without a topic
   bool overwrite = false;
 };
 
 /// The topic to export; throws with a list of those in the recording if it is not there.
 TopicInfo choose_topic(const TraceReader& trace, const ExportOptions& options) {
   const std::vector<TopicInfo> topics = trace.topics();
-  const auto topic = std::ranges::find(topics, options.topic, &TopicInfo::name);
+  const std::string_view wanted =
+      options.topic.empty() ? servo_topic(options.hand).name : std::string_view(options.topic);
+  const auto topic = std::ranges::find(topics, wanted, &TopicInfo::name);
   if (topic != topics.end()) return *topic;
   const std::string there = joined(topics, &TopicInfo::name);
-  throw McapError(options.recording + ": has no topic '" + shown(options.topic) + "'; it has " +
+  throw McapError(options.recording + ": has no topic '" + shown(wanted) + "'; it has " +
                   (there.empty() ? "none of this program" : shown(there)));
 }
 
@@ -68,7 +71,9 @@ void add_export_command(Command& app) {
         command.option("-o,--output FILE.csv", options.output, "file to write")
             .show_default("standard output");
         add_overwrite(command, options.overwrite);
-        command.option("--topic TOPIC", options.topic, "which records").show_default();
+        command.option("--topic TOPIC", options.topic, "which records")
+            .show_default("those of the hand's servo");
+        add_hand(command, options.hand);
         command.example("hapt export out.mcap -o out.csv");
       });
 }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "proto/config/command_line.h"
+#include "proto/wire/hands.h"
 
 /// Options that several commands have, in the same words.
 namespace haptic {
@@ -32,6 +33,13 @@ inline Option add_standard_rate(Command& command, double& rate) {
               "poses, wrench and transforms a second as messages of ROS, for Foxglove and "
               "Lichtblick; 0: none")
       .show_default("60");
+}
+
+/// Which hand of a session or a recording, by its number.
+inline Option add_hand(Command& command, uint32_t& hand) {
+  return command.option("--hand N", hand, "which hand, from 0 on")
+      .range(kFirstHand, kMostHands - 1)
+      .show_default();
 }
 
 inline Option add_overwrite(Command& command, bool& overwrite) {

@@ -32,6 +32,7 @@ constexpr int64_t kDeadAfter = 250'000'000;      // [ns]; age of a heartbeat tha
 
 struct TopOptions {
   SessionChoice session;
+  uint32_t hand = kFirstHand;
   double period = 1;  // [s]
   uint64_t screens = std::numeric_limits<uint64_t>::max();
   bool batch = false, json = false;
@@ -194,8 +195,9 @@ void run_top(const TopOptions& options) {
   catch_stop_signals();
   const std::string& session = once_up(options.session);
   Client client(session);
-  Watched servo(ServoChannels::kName, client.ring<&ServoChannels::frames>(Start::kNewest));
-  Watched contact(ContactChannels::kName, client.ring<&ContactChannels::sets>(Start::kNewest));
+  const uint32_t hand = options.hand;
+  Watched servo(servo_name(hand), client.ring<&ServoChannels::frames>(Start::kNewest, hand));
+  Watched contact(contact_name(hand), client.ring<&ContactChannels::sets>(Start::kNewest, hand));
   Watched sim(SimChannels::kName, client.ring<&SimChannels::frames>(Start::kNewest));
   const auto drain_all = [&] {
     servo.drain();
@@ -226,7 +228,7 @@ void run_top(const TopOptions& options) {
     const double seconds = static_cast<double>(t_ns - last_ns) * 1e-9;
     last_ns = t_ns;
     const std::vector<Line> lines{servo.take(seconds), contact.take(seconds), sim.take(seconds)};
-    const bool has_bodies = sim.newest.n_responses > 0;
+    const bool has_bodies = !sim.newest.responses.empty();
     const std::optional<OutOfReach> gone = has_bodies ? bodies.newest() : OutOfReach{};
     if (options.json) {
       print_screen_json(lines, servo.newest, seconds, gone);
@@ -248,6 +250,7 @@ void add_top_command(Command& app) {
       app, "top", "Watch the processes of a running session", run_top,
       [](Command& command, TopOptions& options) {
         add_session(command, options.session);
+        add_hand(command, options.hand);
         add_duration(command, "-d,--period", options.period, "between two screens").show_default();
         command.option("-n", options.screens, "screens to print")
             .range(1, 1000000)

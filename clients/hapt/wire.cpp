@@ -21,7 +21,16 @@ What the rings hold, what a recording holds, and what every client reads: `hapt 
 
 Numbers are little endian, and every record is a multiple of 8 bytes without padding. A `Vec3` is x, y, z; a `Pose` is position and orientation, a quaternion x, y, z, w; a `Twist` is v and ω; a `Wrench` is force and torque: all `double`. The frame is what the name ends with: W world, B device base, H handle, T tool, P proxy, G verified proxy, O object; `X_WT` is the pose of T in W, `V_WT` its velocity, both with the axes of W. *Since* is the layout that brought the field: an older recording is read with the value that stands there.
 
-An array `T[most; n]` has `most` elements, of which the first `n` are in use: `n` is a field of the record, and a larger one counts as `most`. A recording holds the whole record, as it is here. A ring holds a record with such arrays packed: first the words of all other fields, then of each of these arrays the elements in use, both in the order of their bytes.
+A list `T[≤ most]` has at most that many values, and lies behind all other fields: first how many there are, eight bytes of which the last four are zero, then room for `most`. A ring and the library's structs hold it so, a ring without the room that is not in use. A recording holds it as ROS 2 does: four bytes say how many, and behind the next multiple of eight come the values; there is none where there are no values. *Since* of a list says how many values it is taken to have had.
+
+What nobody reads yet waits for what comes:
+
+| field | comes with |
+|---|---|
+| `SceneObject::mover`, `Contact::giver`, the flag *given* of a set, the segments of clients | clients that move objects, push and touch |
+| `GuideRow::guide`, `tangent_O`, `curvature`, `stiffness`, `flags` | guides that lead a hand along paths; the flag *field* of a set with fields that pull |
+| `behind_since_ns` of three processes | the words of a process that has fallen behind |
+| `ContactSet::compliance` | objects that give way |
 )";
 
 /// The unit at the start of a field's doc, or that of its type; and the rest.
@@ -54,13 +63,17 @@ std::string frame_of(std::string_view name) {
   return last.size() == 1 && are_frames(last) ? std::string(last) : "";
 }
 
+std::string value_of(const Since& since) {
+  return since.value == kOwnIndex ? "its index" : std::to_string(since.value);
+}
+
 std::string row_of(const RecordField& field) {
   const auto [unit, text] = unit_and_text(field);
-  const std::string used = field.counted_by.empty() ? "" : fmt::format("; {}", field.counted_by);
-  const std::string count = field.count > 0 ? fmt::format("[{}{}]", field.count, used) : "";
+  const std::string count =
+      field.count > 0 ? fmt::format("[{}{}]", field.is_part ? "≤ " : "", field.count) : "";
   const Since& since = field.since;
   const std::string age =
-      since.layout > 1 ? fmt::format("{}: {}, {}", since.layout, since.value, since.why) : "";
+      since.layout > 1 ? fmt::format("{}: {}, {}", since.layout, value_of(since), since.why) : "";
   return fmt::format("| `{}` | {}{} | {} | {} | {} | {} | {} | {} |\n", field.name, field.type,
                      count, field.offset, unit, frame_of(field.name), text,
                      field.readers.empty() ? "nobody yet" : field.readers, age);
@@ -84,7 +97,7 @@ Json layout_of(const RecordRow& record) {
     Json row{{"name", field.name},     {"type", field.type},         {"count", field.count},
              {"offset", field.offset}, {"size", field.size},         {"unit", unit},
              {"what", text},           {"since", field.since.layout}};
-    if (!field.counted_by.empty()) row["counted_by"] = field.counted_by;
+    if (field.is_part) row["is_part"] = true;
     fields.push_back(std::move(row));
   }
   return {{"size", record.size}, {"fields", fields}};

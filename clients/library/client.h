@@ -24,7 +24,8 @@ namespace haptic {
 ///     client.sleep(0.01);
 ///   }
 ///
-/// eyes() has the meshes: objects[i] in O, drawn at SceneFrame::X_WO[i], the tool in T, at X_WT.
+/// eyes() has the meshes: objects[i] in O, drawn at SceneFrame::objects[i].X_WO, the tool in T, at
+/// X_WT.
 class Client {
  public:
   /// Connects; an empty name selects the only running session. Throws HandoutError with a remedy.
@@ -32,10 +33,10 @@ class Client {
   /// Takes a connection to a session.
   explicit Client(FileDescriptor socket);
 
-  /// A ring to read; call it before start().
+  /// A ring to read, where it is a hand's that of this one; call it before start().
   template <auto kMember>
-  RingSource<kMember> ring(Start start) {
-    return attachments_.ring<kMember>(start);
+  RingSource<kMember> ring(Start start, uint32_t hand = kFirstHand) {
+    return attachments_.ring<kMember>(start, hand);
   }
 
   void start() { attachments_.start(); }

@@ -35,7 +35,7 @@ void StandardMessages::add(const ServoFrame& frame, const SceneFrame* scene) {
   transforms_.push_back({"world", "tool", frame.X_WT});
   transforms_.push_back({"world", "proxy", frame.X_WP});
   if (X_WB_) transforms_.push_back({"world", "base", *X_WB_});
-  const uint32_t objects = scene == nullptr ? 0 : std::min(scene->n_objects, kMaxObjects);
+  const size_t objects = scene == nullptr ? 0 : scene->objects.size();
   for (uint32_t i = 0; i < objects; ++i) {
     transforms_.push_back({"world", "object_" + std::to_string(i),
                            object_pose_at(*scene, i, frame.t_ns, push_of(frame))});

@@ -18,8 +18,12 @@ std::vector<LogColumn> log_columns(const TraceReader& trace) {
       wanted.push_back(column_of_comparison(name));
     }
   } else {
-    wanted.push_back({std::string(kSessionColumn), std::string(servo_topic(kFirstHand).name),
-                      std::string(contact_topic(kFirstHand).name), std::string(kSimTopic.name)});
+    for (uint32_t hand = kFirstHand; hand < kMostHands; ++hand) {
+      const std::string name =
+          hand == kFirstHand ? std::string(kSessionColumn) : "hand " + std::to_string(hand);
+      wanted.push_back({name, std::string(servo_topic(hand).name),
+                        std::string(contact_topic(hand).name), std::string(kSimTopic.name)});
+    }
   }
   std::erase_if(wanted, [&](const LogColumn& column) {
     return trace.mcap().find_channel(column.servo) == nullptr;

@@ -54,16 +54,15 @@ const TraceWriter::Channel* TraceWriter::find_channel(std::string_view topic) co
   return channel == channels_.end() ? nullptr : &*channel;
 }
 
-bool TraceWriter::write_bytes(std::string_view topic, const void* value, size_t size,
-                              const Stamp& stamp) {
+bool TraceWriter::write_record(std::string_view topic, std::span<const std::byte> record,
+                               std::span<const RecordPart> parts, const Stamp& stamp) {
   const Channel* channel = find_channel(topic);
   if (channel == nullptr) {
     throw McapError("'" + std::string(topic) + "' is not a topic of this recording");
   }
-  // the struct is its own CDR encoding, checked in schema.cpp
-  const std::byte* bytes = static_cast<const std::byte*>(value);
-  message_.assign(kCdrHeader.begin(), kCdrHeader.end());
-  message_.insert(message_.end(), bytes, bytes + size);
+  message_.clear();
+  pack_message(record, parts, message_);
+  message_.insert(message_.begin(), kCdrHeader.begin(), kCdrHeader.end());
   return write_message(channel->id, message_, stamp);
 }
 

@@ -27,7 +27,7 @@ class TraceWriter {
   template <typename T>
   bool write(const Topic<T>& topic, const T& value, const Stamp& stamp) {
     static_assert(kIsWire<T>);
-    return write_bytes(topic.name, &value, sizeof value, stamp);
+    return write_record(topic.name, std::as_bytes(std::span(&value, 1)), kParts<T>, stamp);
   }
 
   /// Adds a topic of messages of another kind, such as those of ROS that every viewer knows;
@@ -58,7 +58,8 @@ class TraceWriter {
   uint64_t written(std::string_view topic) const;
 
  private:
-  bool write_bytes(std::string_view topic, const void* value, size_t size, const Stamp& stamp);
+  bool write_record(std::string_view topic, std::span<const std::byte> record,
+                    std::span<const RecordPart> parts, const Stamp& stamp);
 
   struct Channel {
     std::string_view topic;

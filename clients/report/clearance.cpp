@@ -23,7 +23,7 @@ struct CarriedPose {
   int64_t t_ns = 0;
   bool is_proven = false;
   Pose X_WT;
-  std::array<Pose, kMaxObjects> X_WO;
+  std::vector<Pose> X_WO;
 };
 
 /// Tool and one object, with what makes the next query faster.
@@ -64,20 +64,22 @@ std::optional<CarriedPose> carried_at(LogIndex& log, const ServoFrame& frame,
   const auto contacts = log.contacts_at(frame);
   if (contacts != nullptr && body(contacts->renderer, is_rigid)) {
     if ((contacts->flags & kContactNoFreePose) != 0) return std::nullopt;
-    pose = {contacts->answers_t_ns, true, contacts->X_WG, contacts->X_WO};
+    pose = {contacts->answers_t_ns, true, contacts->X_WG, {}};
+    for (const ObjectSeen& object : contacts->objects) pose.X_WO.push_back(object.X_WO);
   } else if (contacts != nullptr && body(contacts->renderer, is_of_body)) {
     pose.t_ns = frame.t_ns;
     pose.X_WT = frame.X_WP;
     const std::optional<SceneFrame> scene = log.scene_at(frame);
     for (uint32_t i = 0; i < config.n_objects; ++i) {
-      pose.X_WO[i] =
-          scene ? object_pose_at(*scene, i, frame.t_ns, push_of(frame)) : config.objects[i].X_WO;
+      const bool is_there = scene && i < scene->objects.size();
+      pose.X_WO.push_back(is_there ? object_pose_at(*scene, i, frame.t_ns, push_of(frame))
+                                   : config.objects[i].X_WO);
     }
   } else {
     return std::nullopt;
   }
-  bool usable = is_finite(pose.X_WT);
-  for (uint32_t i = 0; i < config.n_objects; ++i) usable &= is_finite(pose.X_WO[i]);
+  bool usable = is_finite(pose.X_WT) && pose.X_WO.size() >= config.n_objects;
+  for (uint32_t i = 0; usable && i < config.n_objects; ++i) usable = is_finite(pose.X_WO[i]);
   return usable ? std::optional(pose) : std::nullopt;
 }
 

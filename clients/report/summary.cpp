@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <ranges>
 #include <utility>
 
 #include "clients/report/rigid_pose.h"
@@ -34,19 +36,25 @@ Histogram durations(const Items& items, Get get) {
 }
 
 /// The scene used by a frame; null before the first scene, when the configured poses apply.
-const SceneFrame* scene_of(const std::vector<SceneFrame>& scenes, uint64_t seq) {
-  const auto it = std::ranges::lower_bound(scenes, seq, {}, &SceneFrame::seq);
-  return it != scenes.end() && it->seq == seq ? &*it : nullptr;
+std::optional<SceneFrame> scene_of(const PackedRecords<SceneFrame>& scenes, uint64_t seq) {
+  const auto places = std::views::iota(size_t{0}, scenes.size());
+  const auto at =
+      std::ranges::lower_bound(places, seq, {}, [&](size_t i) { return scenes[i].seq; });
+  if (at == places.end()) return {};
+  const SceneFrame scene = scenes[*at];
+  return scene.seq == seq ? std::optional(scene) : std::nullopt;
 }
 
 /// Depth of the deepest of these points, given in the frame of the proxy, inside any object [m].
-double proxy_depth(const ServoFrame& frame, const SceneFrame* scene, const SessionConfig& config,
-                   std::span<const BakedShape> shapes, std::span<const Vec3> points_P) {
+double proxy_depth(const ServoFrame& frame, const std::optional<SceneFrame>& scene,
+                   const SessionConfig& config, std::span<const BakedShape> shapes,
+                   std::span<const Vec3> points_P) {
   double deepest = 0;
   for (uint32_t i = 0; i < shapes.size(); ++i) {
     if (!shapes[i].shape.mesh.closed) continue;
-    const Pose X_WO = scene != nullptr ? object_pose_at(*scene, i, frame.t_ns, push_of(frame))
-                                       : config.objects[i].X_WO;
+    const bool is_there = scene && i < scene->objects.size();
+    const Pose X_WO =
+        is_there ? object_pose_at(*scene, i, frame.t_ns, push_of(frame)) : config.objects[i].X_WO;
     const Pose X_OP = inverse(X_WO) * frame.X_WP;
     for (const Vec3& p_P : points_P) {
       const ClosestPoint c =
@@ -169,7 +177,9 @@ bool is_touching(const ServoFrame& frame) {
 }
 
 VerifiedProxy verified_proxy(const ContactSet& set) {
-  return {set.answers_t_ns, set.X_WG, set.X_WO, set.busy_ns, set.flags, set.renderer};
+  VerifiedProxy proxy{set.answers_t_ns, set.X_WG, {}, set.busy_ns, set.flags, set.renderer};
+  for (const ObjectSeen& object : set.objects) proxy.X_WO.push_back(object.X_WO);
+  return proxy;
 }
 
 SessionData load_session(const std::string& log) {
@@ -180,7 +190,8 @@ SessionData load_session(const std::string& log) {
     ++data.recorded;
     if ((frame.flags & kServoStopped) == 0) data.frames.push_back(frame);
   });
-  data.scenes = reader.read(kSimTopic);
+  reader.for_each<SceneFrame>(
+      kSimTopic, [&](const SceneFrame& scene, const Stamp&) { data.scenes.push_back(scene); });
   reader.for_each<ContactSet>(contact_topic(kFirstHand), [&](const ContactSet& set, const Stamp&) {
     ++data.recorded;
     data.proxies.push_back(verified_proxy(set));

@@ -11,6 +11,7 @@
 #include "contact/bake/session.h"
 #include "proto/config/config.h"
 #include "proto/wire/behind.h"
+#include "proto/wire/packing.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
@@ -19,7 +20,7 @@ namespace haptic {
 struct VerifiedProxy {
   int64_t answers_t_ns = 0;
   Pose X_WG;
-  std::array<Pose, kMaxObjects> X_WO;
+  std::vector<Pose> X_WO;
   int64_t busy_ns = 0;
   uint32_t flags = 0, renderer = 0;
 };
@@ -29,7 +30,7 @@ VerifiedProxy verified_proxy(const ContactSet& set);
 struct SessionData {
   std::vector<ServoFrame> frames;
   std::vector<VerifiedProxy> proxies;
-  std::vector<SceneFrame> scenes;
+  PackedRecords<SceneFrame> scenes;
   uint64_t recorded = 0;  // samples of all three topics
   uint64_t lost = 0;      // samples published but not recorded
 };

@@ -13,16 +13,16 @@
 namespace haptic {
 namespace {
 
-constexpr std::array<char, 4> kCdrHeader{0, 1, 0, 0};  // little endian, as in recordings
-constexpr char kMessageData = 1;                       // opcode of a binary message
-constexpr size_t kMostSubscriptions = 64;              // of a client; a session has fewer channels
-constexpr int kWarning = 1;                            // level of a status
+constexpr char kMessageData = 1;           // opcode of a binary message
+constexpr size_t kMostSubscriptions = 64;  // of a client; a session has fewer channels
+constexpr int kWarning = 1;                // level of a status
 
 /// The newest record of a topic. `revision` changes with each record; zero: there is none yet.
 struct Record {
   uint64_t revision = 0;
   int64_t realtime_ns = 0;
   std::span<const std::byte> bytes;
+  std::span<const RecordPart> parts;
 };
 
 template <typename T>
@@ -30,7 +30,7 @@ Record record_of(const View& view, bool has, uint64_t revision, int64_t t_ns, co
   static_assert(kIsWire<T>);
   if (!has) return {};
   const int64_t offset_ns = view.servo.realtime_ns - view.servo.t_ns;
-  return {revision + 1, t_ns + offset_ns, std::as_bytes(std::span(&record, 1))};
+  return {revision + 1, t_ns + offset_ns, std::as_bytes(std::span(&record, 1)), kParts<T>};
 }
 
 struct Channel {
@@ -61,13 +61,13 @@ void append(std::string& out, T number) {
 
 std::string message_data(uint32_t subscription, const Record& record) {
   std::string out;
-  out.reserve(1 + 4 + 8 + kCdrHeader.size() + record.bytes.size());
   out += kMessageData;
   append(out, subscription);
   append(out, static_cast<uint64_t>(record.realtime_ns));
-  out.append(kCdrHeader.data(), kCdrHeader.size());
-  out.append(reinterpret_cast<const char*>(record.bytes.data()), record.bytes.size());
-  return out;
+  std::vector<std::byte> message;
+  pack_message(record.bytes, record.parts, message);
+  append(out, kCdrHeader);
+  return out.append(reinterpret_cast<const char*>(message.data()), message.size());
 }
 
 uint32_t number_in(const Json& json) {

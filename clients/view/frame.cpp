@@ -43,20 +43,22 @@ double seconds(int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
 }
 
+/// That of the world where the scene has no such object.
 Pose object_pose(const View& view, uint32_t object) {
+  if (!view.has_scene || object >= view.scene.objects.size()) return {};
   return object_pose_at(view.scene, object, view.servo.t_ns, push_of(view.servo));
 }
 
-uint32_t n_objects(const View& view) {
-  return view.has_scene ? std::min(view.scene.n_objects, kMaxObjects) : 0;
+size_t n_objects(const View& view) {
+  return view.has_scene ? view.scene.objects.size() : 0;
 }
 
-uint32_t n_listed(const View& view) {
-  return view.has_contacts ? std::min(view.contacts.n_contacts, kMaxContacts) : 0;
+size_t n_listed(const View& view) {
+  return view.has_contacts ? view.contacts.contacts.size() + view.contacts.guides.size() : 0;
 }
 
-uint32_t n_joints(const View& view) {
-  return view.has_scene ? std::min(view.scene.n_joints, kMaxJoints) : 0;
+size_t n_joints(const View& view) {
+  return view.has_scene ? view.scene.joints.size() : 0;
 }
 
 /// Age of the set that the servo used in its newest tick [s]; NaN: none.
@@ -128,23 +130,24 @@ constexpr FrameField<View> kFixed[] = {
 constexpr FrameField<Pose> kObject[] = {
     {"pose", 7, [](const Pose& X_WO, Out out) { out.put(X_WO); }}};
 
+/// A contact, or a guide row, as the page shows it.
 struct ListedContact {
-  const Contact& contact;
-  Pose X_WO;
+  Vec3 point_W, normal_W;
+  double extent, stiffness;
+  uint32_t object, kind;
   bool is_active;
 };
-constexpr int kKindShift = 62;  // of Contact::feature
+constexpr int kKindShift = 62;      // of Contact::feature
+constexpr uint32_t kGuideKind = 3;  // beside face, edge and vertex
 
 constexpr FrameField<ListedContact> kContact[] = {
-    {"point", 3,
-     [](const ListedContact& c, Out out) { out.put(c.X_WO * c.contact.object_point_O); }},
-    {"normal", 3,
-     [](const ListedContact& c, Out out) { out.put(rotate(c.X_WO.q, c.contact.normal_O)); }},
-    {"extent", 1, [](const ListedContact& c, Out out) { out.put(c.contact.extent); }},
-    {"stiffness", 1, [](const ListedContact& c, Out out) { out.put(c.contact.stiffness); }},
-    {"object", 1, [](const ListedContact& c, Out out) { out.put(c.contact.object); }},
+    {"point", 3, [](const ListedContact& c, Out out) { out.put(c.point_W); }},
+    {"normal", 3, [](const ListedContact& c, Out out) { out.put(c.normal_W); }},
+    {"extent", 1, [](const ListedContact& c, Out out) { out.put(c.extent); }},
+    {"stiffness", 1, [](const ListedContact& c, Out out) { out.put(c.stiffness); }},
+    {"object", 1, [](const ListedContact& c, Out out) { out.put(c.object); }},
     {"active", 1, [](const ListedContact& c, Out out) { out.put(c.is_active); }},
-    {"kind", 1, [](const ListedContact& c, Out out) { out.put(c.contact.feature >> kKindShift); }},
+    {"kind", 1, [](const ListedContact& c, Out out) { out.put(c.kind); }},
 };
 
 constexpr FrameField<JointState> kJoint[] = {
@@ -178,6 +181,21 @@ void append_fields(std::vector<double>& out, const FrameField<T> (&fields)[N], c
     field.write(from, {at});
     at += field.count;
   }
+}
+
+void append_contacts(std::vector<double>& out, const View& view) {
+  const auto append = [&](const auto& row, double extent, uint64_t kind, bool is_active) {
+    const Pose X_WO = object_pose(view, row.object);
+    append_fields(out, kContact,
+                  ListedContact{X_WO * row.object_point_O, rotate(X_WO.q, row.normal_O), extent,
+                                row.stiffness, row.object, static_cast<uint32_t>(kind), is_active});
+  };
+  const ContactSet& set = view.contacts;
+  for (size_t i = 0; i < set.contacts.size(); ++i) {
+    const Contact& c = set.contacts[i];
+    append(c, c.extent, c.feature >> kKindShift, i < set.n_active);
+  }
+  for (const GuideRow& guide : set.guides) append(guide, 0, kGuideKind, false);
 }
 
 /// Place of a number of the fixed part; does not compile if there is none.
@@ -220,19 +238,13 @@ std::string layout_json() {
 
 std::vector<double> common_frame(const View& view) {
   std::vector<double> out;
-  const uint32_t objects = n_objects(view), listed = n_listed(view);
-  const uint32_t joints = n_joints(view);
-  out.reserve(size_of(kFixed) + objects * size_of(kObject) + listed * size_of(kContact) +
-              joints * size_of(kJoint));
+  const size_t objects = n_objects(view);
+  out.reserve(size_of(kFixed) + objects * size_of(kObject) + n_listed(view) * size_of(kContact) +
+              n_joints(view) * size_of(kJoint));
   append_fields(out, kFixed, view);
   for (uint32_t i = 0; i < objects; ++i) append_fields(out, kObject, object_pose(view, i));
-  for (uint32_t i = 0; i < listed; ++i) {
-    const Contact& contact = view.contacts.contacts[i];
-    const uint32_t object = std::min(contact.object, kMaxObjects - 1);
-    append_fields(out, kContact,
-                  ListedContact{contact, object_pose(view, object), i < view.contacts.n_active});
-  }
-  for (uint32_t i = 0; i < joints; ++i) append_fields(out, kJoint, view.scene.joints[i]);
+  if (view.has_contacts) append_contacts(out, view);
+  for (size_t i = 0; i < n_joints(view); ++i) append_fields(out, kJoint, view.scene.joints[i]);
   return out;
 }
 

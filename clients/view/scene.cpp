@@ -33,7 +33,7 @@ Json material_json(const MaterialConfig& material) {
 Json objects_json(const SceneInfo& info, const View& view) {
   const size_t n =
       std::max<size_t>({info.config ? info.config->n_objects : 0,
-                        view.has_scene ? view.scene.n_objects : 0, info.eyes.objects.size()});
+                        view.has_scene ? view.scene.objects.size() : 0, info.eyes.objects.size()});
   Json objects = Json::array();
   for (size_t i = 0; i < std::min<size_t>(n, kMaxObjects); ++i) {
     const std::string number = std::to_string(i);

@@ -97,7 +97,7 @@ ContactModel build_contact_model(const SessionConfig& config, const ContactShape
   model.grasp_button = config.map.grasp_button;
   double largest = 0;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
-    model.X_WO[i] = config.objects[i].X_WO;
+    model.X_WO.push_back(config.objects[i].X_WO);
     const MaterialConfig& material = config.objects[i].material;
     model.crease_cosine[i] = std::cos(material.crease_angle);
     model.has_friction |= material.friction_static > 0 || material.friction_dynamic > 0;
@@ -116,17 +116,17 @@ PointScene scene_at(const ContactModel& model, const SceneFrame* scene, const Se
   now.X_WO = model.X_WO;
   now.epsilon = model.epsilon;
   if (scene == nullptr) return now;
-  for (uint32_t i = 0; i < std::min<size_t>(model.shapes.size(), scene->n_objects); ++i) {
+  for (uint32_t i = 0; i < std::min(model.shapes.size(), scene->objects.size()); ++i) {
     now.X_WO[i] = object_pose_at(*scene, i, t_ns, push_of(servo));
   }
   return now;
 }
 
-std::array<Twist, kMaxObjects> twists_at(const ContactModel& model, const SceneFrame* scene,
-                                         const ServoFrame& servo) {
-  std::array<Twist, kMaxObjects> V_WO{};
+PerObject<Twist> twists_at(const ContactModel& model, const SceneFrame* scene,
+                           const ServoFrame& servo) {
+  PerObject<Twist> V_WO(model.shapes.size());
   if (scene == nullptr) return V_WO;
-  for (uint32_t i = 0; i < std::min<size_t>(model.shapes.size(), scene->n_objects); ++i) {
+  for (uint32_t i = 0; i < std::min(model.shapes.size(), scene->objects.size()); ++i) {
     V_WO[i] = object_twist_at(*scene, i, servo.t_ns, push_of(servo));
   }
   return V_WO;
@@ -146,7 +146,7 @@ Contact contact_at(const PointScene& scene, const ProxyPlane& facet, const Proxy
                            ? shading_normal(mesh, facet.triangle, at.point_O, crease_cosine)
                            : at.normal_O;
   c.extent = plane_extent(mesh, facet.triangle, at.point_O);
-  c.object = c.material = facet.object;
+  c.object = facet.object;
   c.feature = at.feature.id();
   return c;
 }

@@ -26,7 +26,7 @@ struct ContactModel {
   bool has_maps() const { return has_tool() && !volumes.empty(); }
 
   std::vector<MeshShape> shapes;                    // of the objects
-  std::array<Pose, kMaxObjects> X_WO;               // configured poses, until a SceneFrame arrives
+  PerObject<Pose> X_WO;                             // configured poses, until a SceneFrame arrives
   double epsilon = 1e-7;                            // stand-off of the verified proxy [m]
   double radius = 0;                                // of the proxy of virtual-proxy3 [m]
   std::array<double, kMaxObjects> crease_cosine{};  // smoother edges are shaded; 1: none
@@ -55,10 +55,10 @@ struct ContactQuestion {
   const ServoFrame& servo;
   const SceneFrame* scene;  // null: none has come
   Renderer renderer;
-  PointScene now;        // the objects at the frame's tick
-  double reach = 0;      // how far ahead is looked [m]
-  bool changed = false;  // another renderer was asked before
-  bool usable = true;    // every pose is finite; else the place that is known is reported again
+  const PointScene& now;  // the objects at the frame's tick
+  double reach = 0;       // how far ahead is looked [m]
+  bool changed = false;   // another renderer was asked before
+  bool usable = true;     // every pose is finite; else the place that is known is reported again
 };
 
 /// The objects at an instant, extrapolated; where no scene has come, as the config has them.
@@ -66,8 +66,8 @@ PointScene scene_at(const ContactModel& model, const SceneFrame* scene, const Se
                     int64_t t_ns);
 
 /// The objects' velocities in W at the hand's instant; zero where no scene has come.
-std::array<Twist, kMaxObjects> twists_at(const ContactModel& model, const SceneFrame* scene,
-                                         const ServoFrame& servo);
+PerObject<Twist> twists_at(const ContactModel& model, const SceneFrame* scene,
+                           const ServoFrame& servo);
 
 /// The contact of a sphere of the scene's radius with this facet, where that supports it; edges
 /// smoother than the crease are shaded.

@@ -8,15 +8,15 @@ namespace haptic {
 namespace {
 
 Vec3 report(const PointScene& scene, const Vec3& tool_W, double reach, ContactSet& set) {
-  std::array<NearestSurface, kMaxObjects> surfaces;
-  const size_t count = nearest_surfaces(scene, tool_W, reach, surfaces);
-  for (size_t i = 0; i < count; ++i) {
+  PerObject<NearestSurface> surfaces(scene.shapes.size());
+  const size_t count = nearest_surfaces(scene, tool_W, reach, {surfaces.data(), surfaces.size()});
+  // the deepest come first
+  if (count > kMaxContacts) set.flags |= kContactTruncated;
+  for (size_t i = 0; i < std::min<size_t>(count, kMaxContacts); ++i) {
     const auto& [facet, at, depth] = surfaces[i];
-    HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
-    set.contacts[set.n_contacts++] = contact_at(scene, facet, at, 1);
+    set.contacts.push_back(contact_at(scene, facet, at, 1));
     set.n_active += depth > 0;
   }
-  set.free_fraction = 1;
   if (set.n_active == 0) return tool_W;
   const NearestSurface& deepest = surfaces[0];
   return scene.X_WO[deepest.facet.object] *

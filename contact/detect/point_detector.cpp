@@ -35,33 +35,33 @@ double crease_cosine(const ContactModel& model, const ContactSet& set, uint32_t 
 /// this tick, which is sticky, but never a hole.
 void add_hold(const PointScene& scene, const PointProxy& proxy, const ProxyMove& move,
               const Vec3& p_W, ContactSet& set) {
-  HAPTIC_ASSERT(move.n_active > 0 && set.n_contacts < kMaxContacts);
+  HAPTIC_ASSERT(move.n_active > 0 && !set.contacts.full());
   const ProxyPlane& facet = move.active[0];
   const Pose X_OW = inverse(scene.X_WO[facet.object]);
   const Vec3 across_O = rotate(X_OW.q, normalized(proxy.g_W - p_W));
   // the proxy's own place, less the stand-off of a sphere that the servo adds
   const Vec3 point_O = X_OW * proxy.g_W - scene.radius * across_O;
   const Feature face{FeatureKind::kFace, facet.triangle};
-  set.contacts[set.n_contacts++] = contact_at(scene, facet, {face, point_O, across_O}, 1);
-  set.n_active = set.n_contacts;
+  set.contacts.push_back(contact_at(scene, facet, {face, point_O, across_O}, 1));
+  set.n_active = static_cast<uint32_t>(set.contacts.size());
 }
 
 void add_active(const ContactModel& model, const PointScene& scene, const PointProxy& proxy,
                 const ProxyMove& move, ContactSet& set) {
   for (uint32_t i = 0; i < move.n_active; ++i) {
-    HAPTIC_ASSERT(i < move.active.size() && set.n_contacts < kMaxContacts);
+    HAPTIC_ASSERT(i < move.active.size() && !set.contacts.full());
     const ProxyPlane& plane = move.active[i];
     // on the facet itself: the force is taken from the un-offset proxy
-    set.contacts[set.n_contacts++] = contact_at(scene, plane, support_of(scene, plane, proxy.g_W),
-                                                crease_cosine(model, set, plane.object));
+    set.contacts.push_back(contact_at(scene, plane, support_of(scene, plane, proxy.g_W),
+                                      crease_cosine(model, set, plane.object)));
   }
-  set.n_active = set.n_contacts;
+  set.n_active = static_cast<uint32_t>(set.contacts.size());
 }
 
 bool is_reported(const ContactSet& set, uint32_t object, const Feature& feature) {
-  return std::any_of(
-      set.contacts.begin(), set.contacts.begin() + set.n_contacts,
-      [&](const Contact& c) { return c.object == object && c.feature == feature.id(); });
+  return std::ranges::any_of(set.contacts, [&](const Contact& c) {
+    return c.object == object && c.feature == feature.id();
+  });
 }
 
 void add_approaching(const ContactModel& model, const PointScene& scene, const PointProxy& proxy,
@@ -80,14 +80,13 @@ void add_approaching(const ContactModel& model, const PointScene& scene, const P
     for (size_t k = 0; k < near.count; ++k) {
       const auto& [closest, normal_O] = state.features[k];
       if (is_reported(set, i, closest.feature)) continue;
-      HAPTIC_ASSERT(set.n_contacts <= kMaxContacts);
-      if (set.n_contacts == kMaxContacts) {
+      if (set.contacts.full()) {
         set.flags |= kContactTruncated;
         return;
       }
-      set.contacts[set.n_contacts++] =
-          contact_at(scene, {i, closest.triangle}, {closest.feature, closest.point_O, normal_O},
-                     crease_cosine(model, set, i));
+      set.contacts.push_back(contact_at(scene, {i, closest.triangle},
+                                        {closest.feature, closest.point_O, normal_O},
+                                        crease_cosine(model, set, i)));
     }
   }
 }
@@ -118,7 +117,6 @@ void lead(const ContactModel& model, PointDetector& state, const ContactQuestion
   const Vec3 goal_W = servo.X_WT.p + servo.held_back_W;
   const ProxyMove move = move_proxy(question.now, goal_W, state.proxy);
   set.flags |= move.flags;
-  set.free_fraction = move.free_fraction;
   const auto ahead_ns = static_cast<int64_t>(model.prediction * 1e9);
   PointScene then = scene_at(model, question.scene, servo, servo.t_ns + ahead_ns);
   then.radius = question.now.radius;

@@ -42,7 +42,7 @@ Contact contact_of(const GodObjectContact& contact, const ContactModel& model, c
   const PlanePatch reach = tool_reach(at, model.shapes[contact.object].mesh, model.tool.mesh, X_TO);
   c.extent = reach.extent;
   c.curvature = reach.curvature;
-  c.object = c.material = contact.object;
+  c.object = contact.object;
   c.feature = at.feature;
   return c;
 }
@@ -51,10 +51,10 @@ Contact contact_of(const GodObjectContact& contact, const ContactModel& model, c
 /// way: this is sticky, but prevents tunnelling.
 Contact hold_of(const ContactSet& set) {
   HAPTIC_ASSERT(set.X_WG.p != set.X_WT.p);
-  const Contact* nearest = set.n_contacts > 0 ? set.contacts.data() : nullptr;
+  const Contact* nearest = set.contacts.empty() ? nullptr : set.contacts.data();
   Contact c{};
-  c.object = c.material = nearest != nullptr ? nearest->object : 0;
-  const Pose X_OW = inverse(set.X_WO[c.object]);
+  c.object = nearest != nullptr ? nearest->object : 0;
+  const Pose X_OW = inverse(set.objects[c.object].X_WO);
   c.object_point_O = X_OW * set.X_WG.p;
   c.normal_O = c.shading_normal_O = rotate(X_OW.q, normalized(set.X_WG.p - set.X_WT.p));
   return c;
@@ -92,9 +92,9 @@ void RigidDetector::wait(const ServoFrame& servo, std::span<const Pose> X_WO, Co
 void RigidDetector::report(const ContactModel& model, const ServoFrame& servo, ContactSet& set) {
   const Pose X_TW = inverse(set.X_WG);
   for (const GodObjectContact& contact : god_object_->contacts(servo.X_WP)) {
-    const Pose X_TO = X_TW * set.X_WO[contact.object];
-    HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
-    set.contacts[set.n_contacts++] = contact_of(contact, model, X_TO);
+    const Pose X_TO = X_TW * set.objects[contact.object].X_WO;
+    HAPTIC_ASSERT(!set.contacts.full());
+    set.contacts.push_back(contact_of(contact, model, X_TO));
   }
 }
 
@@ -113,9 +113,9 @@ void RigidDetector::detect(const ContactModel& model, const ContactQuestion& que
 
 void RigidDetector::answer(const ContactModel& model, const ContactQuestion& question,
                            ContactSet& set) {
-  HAPTIC_ASSERT(set.n_contacts == 0);
+  HAPTIC_ASSERT(set.contacts.empty());
   const ServoFrame& servo = question.servo;
-  const auto X_WO = std::span(question.now.X_WO).first(model.shapes.size());
+  const std::span X_WO(question.now.X_WO.data(), model.shapes.size());
   set.tool = model.body;
   set.X_WG = set.X_WT = led_to(model, servo);
   if ((servo.flags & kServoClosed) != 0) god_object_->lose();
@@ -134,18 +134,17 @@ void RigidDetector::answer(const ContactModel& model, const ContactQuestion& que
   set.X_WG = god_object_->X_WG();
   if (move.is_behind) {
     // the planes move on from where the tool is free of the objects
-    for (size_t i = 0; i < X_WO.size(); ++i) set.X_WO[i] = god_object_->X_WO(i);
+    for (size_t i = 0; i < X_WO.size(); ++i) set.objects[i].X_WO = god_object_->X_WO(i);
     set.flags |= kContactIterationLimit;
   }
-  set.free_fraction = move.free_fraction;
   report(model, servo, set);
   if (!move.is_settled) {
     set.flags |= kContactIterationLimit;
-    set.n_contacts = std::min(set.n_contacts, kMaxContacts - 1);
-    HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
-    if (set.X_WG.p != set.X_WT.p) set.contacts[set.n_contacts++] = hold_of(set);
+    if (set.contacts.full()) set.contacts.resize(kMaxContacts - 1);
+    HAPTIC_ASSERT(!set.contacts.full());
+    if (set.X_WG.p != set.X_WT.p) set.contacts.push_back(hold_of(set));
   }
-  set.n_active = std::min(move.n_active, set.n_contacts);
+  set.n_active = std::min(move.n_active, static_cast<uint32_t>(set.contacts.size()));
 }
 
 }  // namespace haptic

@@ -20,12 +20,11 @@ std::optional<BodyQuestion> at_proxy(const ContactModel& model, const ContactQue
   if (question.changed) set.flags |= kContactReseeded;
   const ServoFrame& servo = question.servo;
   set.X_WT = set.X_WG = servo.X_WP;
-  set.free_fraction = 1;
   if (!is_answered) {
     set.flags |= kContactNoDetector | kContactNoFreePose;
     return {};
   }
-  HAPTIC_ASSERT(model.has_tool() && set.n_contacts == 0);
+  HAPTIC_ASSERT(model.has_tool() && set.contacts.empty());
   set.tool = model.body;
   return BodyQuestion{servo.X_WP, servo.V_WP, question.now.X_WO,
                       twists_at(model, question.scene, servo), question.reach};
@@ -37,7 +36,7 @@ ExactDetector::ExactDetector(const ContactModel& model) {
   if (!model.has_tool()) return;
   pairs_.resize(kMostPairs);
   pushes_.resize(kPushesPerPair * kMostPairs);
-  clusters_.resize(kMaxObjects);
+  clusters_.resize(model.shapes.size());
 }
 
 void ExactDetector::detect(const ContactModel& model, const ContactQuestion& question,
@@ -55,7 +54,7 @@ void ExactDetector::detect(const ContactModel& model, const ContactQuestion& que
   add_clusters(*at, meshes.objects.size(), kMostOfAnObject, set, clusters_of,
                MeshReach{meshes, *at, model.body.radius});
   // one that just touches counts, too
-  set.n_active = set.n_contacts;
+  set.n_active = static_cast<uint32_t>(set.contacts.size());
 }
 
 VoxelDetector::VoxelDetector(const ContactModel& model)
@@ -71,9 +70,10 @@ void VoxelDetector::detect(const ContactModel& model, const ContactQuestion& que
   // points not looked up might be inside
   if (!voxel_->is_outside || (set.flags & kContactIterationLimit) != 0) return;
   const ClearPose clear =
-      clear_pose(model.clearance, clearance_, at->X_WO, at->X_WT, question.servo.X_WT);
+      clear_pose(model.clearance, clearance_, {at->X_WO.data(), at->X_WO.size()}, at->X_WT,
+                 question.servo.X_WT);
   set.X_WG = clear.X_WT;
-  set.clearance = clear.clearance;
+  for (size_t i = 0; i < clear.clearance.size(); ++i) set.objects[i].clearance = clear.clearance[i];
 }
 
 void PieceDetector::detect_by(const RefineOptions& refine, const ContactModel& model,

@@ -10,11 +10,11 @@ namespace haptic {
 
 OutOfReach out_of_reach(const SessionConfig& config, const SceneFrame& scene) {
   OutOfReach gone{0, config.sim_reach};
-  const uint32_t n = std::min({config.n_objects, scene.n_objects, kMaxObjects});
+  const size_t n = std::min<size_t>(config.n_objects, scene.objects.size());
   for (uint32_t i = 0; i < n; ++i) {
     const ObjectConfig& object = config.objects[i];
-    gone.bodies +=
-        has_mass(object.body) && is_out_of_reach(scene.X_WO[i], object.X_WO, config.sim_reach);
+    gone.bodies += has_mass(object.body) &&
+                   is_out_of_reach(scene.objects[i].X_WO, object.X_WO, config.sim_reach);
   }
   return gone;
 }

@@ -36,7 +36,7 @@ bool touch_some(const std::map<SegmentId, detail::Feed>& feeds) {
   for (const auto& [id, feed] : feeds) {
     if (feed.generations.empty()) continue;
     detail::Generation& newest = *feed.generations.back();
-    const size_t size = feed.spec->total_bytes, begin = newest.touched;
+    const size_t size = feed.spec.total_bytes, begin = newest.touched;
     newest.touched = std::min(size, begin + kTouchedPages * page);
     touch(newest.mapping->memory(), begin, newest.touched, page);
     some_left = some_left || newest.touched < size;
@@ -65,7 +65,7 @@ Attachments::~Attachments() {
 
 detail::Feed& Attachments::feed_of(const SegmentSpec& spec) {
   detail::Feed& feed = feeds_[spec.id];
-  feed.spec = &spec;
+  feed.spec = spec;
   return feed;
 }
 
@@ -132,9 +132,9 @@ bool Attachments::attach(const Announcement& announcement, FileDescriptor fd) {
   try {
     auto next = std::make_unique<detail::Generation>();
     next->mapping = std::make_unique<SegmentMapping>(
-        std::move(fd), *feed.spec, ViewOptions{.lock_memory = options_.lock_memory});
+        std::move(fd), feed.spec, ViewOptions{.lock_memory = options_.lock_memory});
     if (next->mapping->generation() != announcement.generation) {
-      throw HandoutError(std::string("segment '") + feed.spec->name +
+      throw HandoutError(std::string("segment '") + feed.spec.name +
                          "' was announced with another generation than it holds");
     }
     next->serial = last->serial + 1;

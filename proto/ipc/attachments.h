@@ -20,7 +20,7 @@ namespace detail {
 
 /// All generations of one kind of segment that a reader still needs.
 struct Feed {
-  const SegmentSpec* spec = nullptr;
+  SegmentSpec spec{};
   std::unique_ptr<Generation> before_first = std::make_unique<Generation>();
   std::vector<std::unique_ptr<Generation>> generations;  // attach thread
   std::vector<std::unique_ptr<ReaderMark>> readers;
@@ -51,15 +51,15 @@ class Attachments {
   Attachments(const Attachments&) = delete;
 
   template <typename Channels>
-  Source<Channels> source() {
-    detail::Feed& feed = feed_of(kSegmentSpec<Channels>);
+  Source<Channels> source(uint32_t hand = kFirstHand) {
+    detail::Feed& feed = feed_of(segment_spec<Channels>(hand));
     return Source<Channels>(feed.before_first.get(), add_reader(feed));
   }
 
   /// Use: attachments.ring<&ServoChannels::frames>(Start::kNewest).
   template <auto kMember>
-  RingSource<kMember> ring(Start start) {
-    return make_ring<kMember>(kMember, start);
+  RingSource<kMember> ring(Start start, uint32_t hand = kFirstHand) {
+    return make_ring<kMember>(kMember, start, hand);
   }
 
   /// Starts the thread; make no more sources after this.
@@ -73,8 +73,8 @@ class Attachments {
 
  private:
   template <auto kMember, typename Channels, typename RingType>
-  RingSource<kMember> make_ring(RingType Channels::*, Start start) {
-    return RingSource<kMember>(source<Channels>(), start);
+  RingSource<kMember> make_ring(RingType Channels::*, Start start, uint32_t hand) {
+    return RingSource<kMember>(source<Channels>(hand), start);
   }
   detail::Feed& feed_of(const SegmentSpec& spec);
   detail::ReaderMark* add_reader(detail::Feed& feed);

@@ -13,66 +13,80 @@
 namespace haptic {
 
 /// Owner of a segment; those of a hand follow. From 0x100 on are the eye files of contact
-/// (eye_file.h): that of the tool, then of the objects, by index; from 0x200 on in the same order
-/// those of their convex pieces, where a session has them.
+/// (eye_file.h): those of the tools, by hand, then of the objects, by index; from 0x300 on in the
+/// same order those of their convex pieces, where a session has them.
 enum class SegmentId : uint32_t {
   kControl = 1,
   kSim = 4,
-  kEyeTool = 0x100,
-  kEye0 = 0x101,
-  kPiecesTool = 0x200,
-  kPieces0 = 0x201
+  kClient0 = 0x80,  // what clients give, by number, up to kClient0 + kMostClients − 1
+  kEye0 = 0x100,
+  kPieces0 = 0x300
 };
+inline constexpr uint32_t kMostClients = 8;  // that give
 
 /// The servo and the contact of a hand.
+inline constexpr uint32_t kIdsOfHand = 0x10;
 constexpr SegmentId servo_segment(uint32_t hand) {
-  return SegmentId{0x10 * hand + 2};
+  return SegmentId{kIdsOfHand * hand + 2};
 }
 constexpr SegmentId contact_segment(uint32_t hand) {
-  return SegmentId{0x10 * hand + 3};
+  return SegmentId{kIdsOfHand * hand + 3};
 }
-static_assert(contact_segment(kMostHands - 1) < SegmentId::kEyeTool);
+static_assert(contact_segment(kMostHands - 1) < SegmentId::kClient0);
 
-/// The number under which the eye file of an object, or of the tool, is handed out.
-constexpr SegmentId eye_id(uint32_t object) {
-  return object == kEyeOfTool ? SegmentId::kEyeTool
-                              : SegmentId{static_cast<uint32_t>(SegmentId::kEye0) + object};
+/// How many eye files of a kind there can be: of each hand's tool and of each object.
+inline constexpr uint32_t kMostEyes = kMostHands + kMaxObjects;
+
+/// The number under which the eye file of an object, or of a hand's tool, is handed out.
+constexpr SegmentId eye_id(uint32_t object, uint32_t hand = kFirstHand) {
+  const uint32_t place = object == kEyeOfTool ? hand : kMostHands + object;
+  return SegmentId{static_cast<uint32_t>(SegmentId::kEye0) + place};
 }
 
 /// The number under which the eye file of its convex pieces is handed out.
-constexpr SegmentId pieces_id(uint32_t object) {
-  return object == kEyeOfTool ? SegmentId::kPiecesTool
-                              : SegmentId{static_cast<uint32_t>(SegmentId::kPieces0) + object};
+constexpr SegmentId pieces_id(uint32_t object, uint32_t hand = kFirstHand) {
+  constexpr auto kBetween =
+      static_cast<uint32_t>(SegmentId::kPieces0) - static_cast<uint32_t>(SegmentId::kEye0);
+  return SegmentId{static_cast<uint32_t>(eye_id(object, hand)) + kBetween};
 }
-static_assert(eye_id(kMaxObjects) < SegmentId::kPiecesTool);
+static_assert(eye_id(kMaxObjects) <= SegmentId::kPieces0);
 
 constexpr bool is_pieces(SegmentId id) {
-  return id >= SegmentId::kPiecesTool && id < pieces_id(kMaxObjects);
+  return id >= SegmentId::kPieces0 && id < pieces_id(kMaxObjects);
 }
 
 constexpr bool is_eye(SegmentId id) {
-  return (id >= SegmentId::kEyeTool && id < eye_id(kMaxObjects)) || is_pieces(id);
+  return (id >= SegmentId::kEye0 && id < eye_id(kMaxObjects)) || is_pieces(id);
 }
 
-/// The object of such a number; only where is_eye(id).
+/// The object of such a number, kEyeOfTool for that of a tool; only where is_eye(id).
 constexpr uint32_t eye_object(SegmentId id) {
-  const SegmentId tool = is_pieces(id) ? SegmentId::kPiecesTool : SegmentId::kEyeTool;
-  return id == tool ? kEyeOfTool : static_cast<uint32_t>(id) - static_cast<uint32_t>(tool) - 1;
+  const SegmentId first = is_pieces(id) ? SegmentId::kPieces0 : SegmentId::kEye0;
+  const uint32_t place = static_cast<uint32_t>(id) - static_cast<uint32_t>(first);
+  return place < kMostHands ? kEyeOfTool : place - kMostHands;
 }
 
-/// True if the child that owns segment `child` may offer `id`: its own, and contact the eye files.
+constexpr bool is_contact(SegmentId id) {
+  return id < SegmentId::kClient0 &&
+         static_cast<uint32_t>(id) % kIdsOfHand == static_cast<uint32_t>(contact_segment(0));
+}
+
+/// True if the child that owns segment `child` may offer `id`: its own, and a contact eye files.
 constexpr bool may_offer(SegmentId child, SegmentId id) {
-  return id == child || (child == contact_segment(kFirstHand) && is_eye(id));
+  return id == child || (is_contact(child) && is_eye(id));
 }
 
-/// The rings of each process. 4096 frames of servo and contact are four seconds at 1 kHz: they
-/// survive a crash of the writer, and a recorder may be that late on a busy machine. Four seconds
-/// of the servo hold 7 objects that a push can move, 2.7 seconds sixteen. Four seconds of contact
-/// hold 7 contacts in each set; sets of 64 fill the ring in one. Two seconds of sim at 1 kHz hold
-/// four bodies with mass, 0.7 seconds sixteen.
+/// The rings of each process; those of a servo and a contact are alike for every hand. 4096 frames
+/// of servo and contact are four seconds at 1 kHz: they survive a crash of the writer, and a
+/// recorder may be that late on a busy machine. Four seconds of the servo hold 7 objects that a
+/// push can move, 0.9 seconds 64. Four seconds of contact hold 7 contacts in each set; sets of 64
+/// fill the ring in one. Two seconds of sim at 1 kHz hold four bodies with mass or 20 still
+/// objects; 0.2 seconds hold 256.
 struct ServoChannels {
   static constexpr SegmentId kId = servo_segment(kFirstHand);
   static constexpr const char* kName = servo_name(kFirstHand);
+  static constexpr SegmentId id(uint32_t hand) { return servo_segment(hand); }
+  static constexpr const char* name(uint32_t hand) { return servo_name(hand); }
   PackedRing<ServoFrame, 4096, 6 << 20> frames;
   Ring<Event, 256> events;
   Ring<DeviceRelease, 4> releases;
@@ -82,7 +96,9 @@ struct ServoChannels {
 struct ContactChannels {
   static constexpr SegmentId kId = contact_segment(kFirstHand);
   static constexpr const char* kName = contact_name(kFirstHand);
-  PackedRing<ContactSet, 4096, 12 << 20> sets;
+  static constexpr SegmentId id(uint32_t hand) { return contact_segment(hand); }
+  static constexpr const char* name(uint32_t hand) { return contact_name(hand); }
+  PackedRing<ContactSet, 4096, 10 << 20> sets;
   Ring<Event, 256> events;
   using Rings = std::tuple<decltype(sets), decltype(events)>;
 };
@@ -90,7 +106,7 @@ struct ContactChannels {
 struct SimChannels {
   static constexpr SegmentId kId = SegmentId::kSim;
   static constexpr const char* kName = "sim";
-  PackedRing<SceneFrame, 2048, 8 << 20> frames;
+  PackedRing<SceneFrame, 2048, 6 << 20> frames;
   Ring<Event, 256> events;
   using Rings = std::tuple<decltype(frames), decltype(events)>;
 };

@@ -31,9 +31,10 @@ constexpr size_t kMostEvents = 64;         // per epoll_wait
 constexpr int kMostAccepted = 16;          // per turn; commands are served in between
 constexpr size_t kMostOfStranger = 16;     // connections per user, except owner and root
 constexpr size_t kMostOfStrangers = 64;    // connections of all such users
-constexpr rlim_t kKeptForStrangers = 112;  // descriptors of the process that such users cannot take
-// kept for children: three restarts need about thirty, the eye files one each
-constexpr rlim_t kKeptForChildren = 48 + kMaxObjects;
+// kept for children: three restarts need about thirty, the eye files one each, with pieces two
+constexpr rlim_t kKeptForChildren = 48 + 2 * kMostEyes;
+// descriptors of the process that strangers cannot take: as many again for its own user
+constexpr rlim_t kKeptForStrangers = kKeptForChildren + 48;
 constexpr size_t kMostEyesAtOnce = 4;  // unread by a client: as many as there are segments
 
 /// Creates the folder; an existing one must be ours, since anybody can make one in /tmp.

@@ -10,87 +10,9 @@
 #include <cstring>
 #include <type_traits>
 
-#include "proto/wire/parts.h"
+#include "proto/wire/packing.h"
 
 namespace haptic {
-
-/// How a record with parts (kParts) is packed: first the words outside of all parts, then of each
-/// part the elements in use, both in the order of their bytes. The counts are outside of parts, so
-/// their places are known and say where all that follows lies.
-template <typename T>
-struct Packing {
-  static constexpr size_t kCount = kParts<T>.size();
-  using Used = std::array<size_t, kCount>;  // bytes in use of each part
-
-  /// Bytes of the parts that begin before this place of the record.
-  static constexpr size_t parts_before(size_t place) {
-    size_t bytes = 0;
-    for (const RecordPart& part : kParts<T>)
-      bytes += part.offset < place ? part.most * part.element : 0;
-    return bytes;
-  }
-
-  static constexpr size_t kWords = sizeof(T) / 8;
-  static constexpr size_t kFixedWords = kWords - parts_before(sizeof(T)) / 8;
-
-  /// Parts are whole words, one behind the other, and no count lies in one.
-  static constexpr bool is_sound() {
-    size_t end = 0;
-    for (const RecordPart& part : kParts<T>) {
-      if (part.offset < end || part.offset % 8 != 0 || part.element % 8 != 0) return false;
-      end = part.offset + part.most * part.element;
-      for (const RecordPart& other : kParts<T>) {
-        if (other.count >= part.offset && other.count < end) return false;
-      }
-    }
-    return kCount > 0 && end <= sizeof(T);
-  }
-
-  /// From the bytes of a record or, if `packed`, of its words in a ring.
-  static Used used(const std::byte* bytes, bool packed) noexcept {
-    Used used;
-    for (size_t k = 0; k < kCount; ++k) {
-      const RecordPart& part = kParts<T>[k];
-      uint32_t count;
-      std::memcpy(&count, bytes + part.count - (packed ? parts_before(part.count) : 0), 4);
-      used[k] = std::min<size_t>(count, part.most) * part.element;
-    }
-    return used;
-  }
-
-  static size_t words(const Used& used) noexcept {
-    size_t words = kFixedWords;
-    for (const size_t bytes : used) words += bytes / 8;
-    return words;
-  }
-
-  /// Calls run(place in the record [bytes], length [bytes]) for each run of words that is packed,
-  /// in their order.
-  template <typename Run>
-  static void for_each_run(const Used& used, const Run& run) noexcept {
-    size_t end = 0;
-    for (const RecordPart& part : kParts<T>) {
-      run(end, part.offset - end);
-      end = part.offset + part.most * part.element;
-    }
-    run(end, sizeof(T) - end);
-    for (size_t k = 0; k < kCount; ++k) run(kParts<T>[k].offset, used[k]);
-  }
-
-  /// Copies the packed words to their places, and clears what only the old item used.
-  static void lay_out(const std::byte* packed, const Used& used, T& out) noexcept {
-    auto* bytes = reinterpret_cast<std::byte*>(&out);
-    const Used before = Packing::used(bytes, false);
-    for_each_run(used, [&](size_t place, size_t length) {
-      std::memcpy(bytes + place, packed, length);
-      packed += length;
-    });
-    for (size_t k = 0; k < kCount; ++k) {
-      if (before[k] <= used[k]) continue;
-      std::memset(bytes + kParts<T>[k].offset + used[k], 0, before[k] - used[k]);
-    }
-  }
-};
 
 /// A Ring (ring.h) of records whose length varies, packed (Packing): only the words in use are
 /// copied and take room, so that many short items or few long ones stay readable.
@@ -101,10 +23,10 @@ struct Packing {
 /// release order, so a reader that copied a word of a later item finds its ticket gone. A killed
 /// writer has cost the items that it took back for the next one; all from oldest() on are readable.
 ///
-/// A reader copies as many words as the slot says, looks at the ticket again, and only then lays
-/// them out as the counts among them say; a length that they do not make is no writer of ours. So
-/// whatever the memory holds, it stays in bounds, and one that gets nothing keeps its old item.
-/// Until then the words are on its stack, where only those of the item are touched.
+/// A reader copies as many words as the slot says, looks at the ticket again, and only then unpacks
+/// them; numbers of values that do not make that length are no writer of ours. So whatever the
+/// memory holds, it stays in bounds, and one that gets nothing keeps its old item. Until then the
+/// words are on its stack, where only those of the item are touched.
 template <typename T, uint64_t kSlots, size_t kBytes,
           template <typename> class Atomic = std::atomic>
 class PackedRing {
@@ -146,21 +68,20 @@ class PackedRing {
 
   /// Writer only. One copy, independent of the readers.
   void publish(const T& value) noexcept {
-    const auto* bytes = reinterpret_cast<const std::byte*>(&value);
     const uint64_t n = count_.load(std::memory_order_relaxed);
     const uint64_t begin = end_.load(std::memory_order_relaxed);
-    const typename Pack::Used used = Pack::used(bytes, false);
-    const size_t n_words = Pack::words(used);
+    size_t n_words = 0;
+    Pack::for_each_run(value, [&](const std::byte*, size_t length) { n_words += length / 8; });
     make_room(n, begin + n_words);
     Slot& slot = slots_[n % kSlots];
     slot.begin.store(begin, std::memory_order_release);
     slot.words.store(n_words, std::memory_order_relaxed);
     size_t at = begin % kWords;
-    Pack::for_each_run(used, [&](size_t place, size_t length) {
+    Pack::for_each_run(value, [&](const std::byte* from, size_t length) {
       const auto store = [&](size_t count) {
-        for (size_t i = 0; i < count; ++i, place += 8) {
+        for (size_t i = 0; i < count; ++i, from += 8) {
           uint64_t word;
-          std::memcpy(&word, bytes + place, 8);
+          std::memcpy(&word, from, 8);
           words_[at + i].store(word, std::memory_order_release);
         }
         at = (at + count) % kWords;
@@ -194,14 +115,13 @@ class PackedRing {
     return std::clamp(oldest_.load(std::memory_order_relaxed), end - std::min(end, kSlots), end);
   }
 
-  /// Item n; false if not yet published or already overwritten. What the item does not use is zero
-  /// in an `out` that began as T{}: only what was in use before is cleared.
+  /// Item n; false if not yet published or already overwritten.
   bool read(uint64_t n, T& out) const noexcept {
     const Slot& slot = slots_[n % kSlots];
     if (slot.ticket.load(std::memory_order_acquire) != n + 1) return false;
     const size_t at = slot.begin.load(std::memory_order_acquire) % kWords;
     const uint64_t n_words = slot.words.load(std::memory_order_relaxed);
-    if (n_words < Pack::kFixedWords || n_words > Pack::kWords) return false;
+    if (n_words < Pack::kLeastWords || n_words > Pack::kWords) return false;
     std::array<uint64_t, Pack::kWords> words;
     const size_t before_end = std::min<size_t>(n_words, kWords - at);
     for (size_t i = 0; i < before_end; ++i) {
@@ -211,11 +131,7 @@ class PackedRing {
       words[i] = words_[i - before_end].load(std::memory_order_acquire);
     }
     if (slot.ticket.load(std::memory_order_relaxed) != n + 1) return false;
-    const auto* packed = reinterpret_cast<const std::byte*>(words.data());
-    const typename Pack::Used used = Pack::used(packed, true);
-    if (Pack::words(used) != n_words) return false;
-    Pack::lay_out(packed, used, out);
-    return true;
+    return Pack::unpack(reinterpret_cast<const std::byte*>(words.data()), n_words, out);
   }
 
   /// Newest item; false before the first publish, or if overwritten during the copy.

@@ -102,7 +102,7 @@ template <typename T>
 constexpr uint64_t record_hash() {
   uint64_t hash = fnv1a(alignof(T), fnv1a(uint64_t{sizeof(T)}, fnv1a("")));
   for (const RecordPart& part : kParts<T>) {
-    for (const uint64_t number : {part.offset, part.element, part.most, part.count}) {
+    for (const uint64_t number : {part.offset, part.element, part.most}) {
       hash = fnv1a(number, hash);
     }
   }
@@ -112,6 +112,7 @@ constexpr uint64_t record_hash() {
 #define RECORD(record, ...) hash = fnv1a(Schema<record>::text, hash);
 #define FIELD(...)
 #define ARRAY(...)
+#define PART(...)
 #define END(...)
 #include "proto/wire/records.def"
   }
@@ -158,6 +159,17 @@ inline constexpr SegmentSpec kSegmentSpec{
     Channels::kId, Channels::kName, sizeof(SegmentLayout<Channels>),
     detail::layout_hash<Channels>(std::type_identity<typename Channels::Rings>{})};
 
+/// Required layout of the segment of this hand; of what no hand has, of the session's.
+template <typename Channels>
+constexpr SegmentSpec segment_spec(uint32_t hand) {
+  SegmentSpec spec = kSegmentSpec<Channels>;
+  if constexpr (requires { Channels::id(hand); }) {
+    spec.id = Channels::id(hand);
+    spec.name = Channels::name(hand);
+  }
+  return spec;
+}
+
 /// Opens the file of `fd` again, read-only, for readers. Throws SegmentError.
 FileDescriptor reopen_read_only(int fd);
 
@@ -187,7 +199,8 @@ class WritableSegment {
 template <typename Channels>
 class SegmentWriter {
  public:
-  explicit SegmentWriter(uint64_t generation) : memory_(kSegmentSpec<Channels>, generation) {
+  explicit SegmentWriter(uint64_t generation, uint32_t hand = kFirstHand)
+      : memory_(segment_spec<Channels>(hand), generation) {
     char* base = static_cast<char*>(memory_.memory());
     channels_ = new (base + offsetof(SegmentLayout<Channels>, channels)) Channels;
     memory_.publish();

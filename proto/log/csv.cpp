@@ -45,13 +45,6 @@ struct Column {
   size_t index = 0;              // in the array
 };
 
-/// Name of the field that counts the elements of an array.
-std::string_view count_field(std::string_view array) {
-  if (array == "contacts") return "n_contacts";
-  if (array == "X_WO" || array == "V_WO") return "n_objects";
-  return "";
-}
-
 std::string_view array_name(const Field& field) {
   const size_t bracket = field.name.find('[');
   return std::string_view(field.name).substr(0, bracket == std::string::npos ? 0 : bracket);
@@ -74,7 +67,7 @@ std::map<std::string_view, Array> find_arrays(const std::vector<Field>& fields, 
   }
   for (auto& [name, array] : arrays) {
     for (const Field& field : fields) {
-      if (field.name == count_field(name)) array.count = &field;
+      if (field.name == "n_" + std::string(name)) array.count = &field;
     }
   }
   return arrays;
@@ -219,7 +212,7 @@ size_t export_csv(const TraceReader& trace, const TopicInfo& topic, std::ostream
 
 size_t export_csv(const TopicInfo& topic, const CsvRecords& records, std::ostream& out,
                   const std::function<void(double share)>& told) {
-  const std::vector<Field> fields = flatten(topic.text);
+  const Fields fields = flatten(topic.text);
   std::map<std::string_view, Array> arrays = find_arrays(fields, topic.size);
   size_t all = 0;
   records([&](const std::byte* record) {

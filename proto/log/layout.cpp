@@ -2,6 +2,7 @@
 #include "proto/log/layout.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <map>
@@ -9,8 +10,56 @@
 #include <stdexcept>
 #include <utility>
 
+#include "proto/os/text.h"
+
 namespace haptic {
 namespace {
+
+constexpr size_t kWord = 8;  // [bytes]
+
+/// Where older layouts had what is now in a part. # stands for the index, #/2 and #%2 for two of a
+/// table that had a row for each of two hands.
+struct Moved {
+  std::string_view record, now, then;
+};
+constexpr auto kMoved = std::to_array<Moved>({
+    {"ServoFrame", "pushes[#].impulse_w", "object_impulse_w[#]"},
+    {"ServoFrame", "pushes[#].impulse_time_w", "object_impulse_time_w[#]"},
+    {"ContactSet", "objects[#].x_wo", "x_wo[#]"},
+    {"ContactSet", "objects[#].clearance", "clearance[#]"},
+    {"SceneFrame", "objects[#].x_wo", "x_wo[#]"},
+    {"SceneFrame", "objects[#].v_wo", "v_wo[#]"},
+    {"SceneFrame", "objects[#].t_ns", "t_ns"},
+    {"SceneFrame", "seen[#].t_ns", "seen_t_ns[#%2]"},
+    {"SceneFrame", "seen[#]", "responses[#/2].seen[#%2]"},
+});
+
+/// The first index of a path; none: it has none.
+std::optional<uint32_t> index_in(std::string_view path) {
+  const size_t bracket = path.find('[');
+  if (bracket == path.npos) return {};
+  const size_t begin = bracket + 1;
+  return number_from<uint32_t>(path.substr(begin, path.find(']', begin) - begin));
+}
+
+/// The path of a field in older layouts; empty: it has not moved.
+std::string path_then(std::string_view record, std::string_view path) {
+  const std::optional<uint32_t> index = index_in(path);
+  if (!index) return "";
+  const auto filled = [&](std::string_view pattern) {
+    const auto number = [](uint32_t n) { return std::to_string(n); };
+    return replaced(
+        std::string(pattern),
+        {{"#/2", number(*index / 2)}, {"#%2", number(*index % 2)}, {"#", number(*index)}});
+  };
+  for (const Moved& moved : kMoved) {
+    const std::string now = filled(moved.now);
+    if (record == moved.record && path.starts_with(now)) {
+      return filled(moved.then) + std::string(path.substr(now.size()));
+    }
+  }
+  return "";
+}
 
 /// What a field of a record is where the layout lacks it. `field`: the path of what is new, of
 /// which it may be a part.
@@ -19,20 +68,21 @@ struct Default {
   const Since* since;
 };
 
-/// The default of the field at this path, without indices, or of the one that it is a part of;
-/// nothing: it has been there from the first layout on.
+/// The default of the field at this path, without indices, or of the innermost one that it is a
+/// part of; nothing: it has been there from the first layout on.
 std::optional<Default> default_of(std::string_view record, std::string_view path) {
+  std::optional<Default> innermost;
   const RecordRow* row = find_record(record);
   for (size_t begin = 0; row != nullptr && begin < path.size();) {
     const size_t end = std::min(path.find('.', begin), path.size());
     const auto field =
         std::ranges::find(row->fields, path.substr(begin, end - begin), &RecordField::name);
-    if (field == row->fields.end()) return {};
-    if (field->since.layout > 1) return Default{std::string(path.substr(0, end)), &field->since};
+    if (field == row->fields.end()) break;
+    if (field->since.layout > 1) innermost = {std::string(path.substr(0, end)), &field->since};
     row = find_record(field->type);
     begin = end + 1;
   }
-  return {};
+  return innermost;
 }
 
 /// The path with another text for each of its indices: "a[3].b" becomes "a.b" or "a[0].b".
@@ -50,15 +100,14 @@ std::string with_indices(std::string_view path, std::string_view index) {
 /// Builds a translation field by field.
 class Translator {
  public:
-  Translator(std::string_view schema, const std::vector<Field>& ours, std::string_view stored)
-      : schema_(schema.substr(schema.rfind('/') + 1)), theirs_(flatten_definition(stored)) {
-    for (const Field& field : theirs_) {
+  Translator(std::string_view schema, const Fields& ours, const Fields& stored)
+      : schema_(schema.substr(schema.rfind('/') + 1)) {
+    for (const Field& field : stored) {
       if (!by_path_.emplace(lower_case(field.name), &field).second) {
         throw std::runtime_error("it has '" + field.name + "' twice");
       }
     }
-    out_.stored_size = size_of(theirs_);
-    out_.defaults.resize(size_of(ours));
+    out_.defaults.resize(ours.bytes);
     for (const Field& field : ours) add(field);
   }
   Translation take() { return std::move(out_); }
@@ -80,8 +129,12 @@ class Translator {
   }
 
   void add(const Field& ours) {
-    const std::string path = lower_case(ours.name);
+    std::string path = lower_case(ours.name);
     if (const Field* theirs = find(path)) return copy(*theirs, ours);
+    if (const std::string then = path_then(schema_, path); !then.empty()) {
+      path = then;
+      if (const Field* theirs = find(path)) return copy(*theirs, ours);
+    }
     if (const Field* theirs = find_single(path)) {
       note(with_indices(ours.name, "[]") + " (one value for all)");
       return copy(*theirs, ours);
@@ -107,17 +160,31 @@ class Translator {
   }
 
   void add_default(const Field& field) {
-    const std::string path = with_indices(field.name, "");
+    const bool is_length = field.name.starts_with("n_") && find_part(field.name.substr(2));
+    const std::string path = with_indices(is_length ? field.name.substr(2) : field.name, "");
     const std::optional<Default> known = default_of(schema_, path);
     if (!known) {
       throw std::runtime_error("it lacks '" + field.name + "', which has no default");
     }
     std::byte* const to = &out_.defaults[field.offset];
-    const double real = known->since->value;
-    const uint64_t whole = known->since->value;
+    const uint32_t stated = known->since->value;
+    // a part is as long as its default says, and what is in it is zero
+    const bool is_in_part = find_part(known->field) && !is_length;
+    const uint64_t whole = is_in_part            ? 0
+                           : stated == kOwnIndex ? index_in(field.name).value_or(0)
+                                                 : stated;
+    const auto real = static_cast<double>(whole);
     const bool is_real = field.type == "float64";
     std::memcpy(to, is_real ? static_cast<const void*>(&real) : &whole, size_of(field));
-    note(known->field + " (" + std::to_string(whole) + ": " + std::string(known->since->why) + ")");
+    const std::string value = stated == kOwnIndex ? "its index" : std::to_string(stated);
+    note(known->field + " (" + value + ": " + std::string(known->since->why) + ")");
+  }
+
+  bool find_part(std::string_view name) const {
+    const RecordRow* row = find_record(schema_);
+    return row != nullptr && std::ranges::any_of(row->fields, [&](const RecordField& field) {
+             return field.is_part && field.name == name;
+           });
   }
 
   /// Once for each field, however many numbers it has.
@@ -127,7 +194,6 @@ class Translator {
   }
 
   std::string_view schema_;
-  std::vector<Field> theirs_;
   std::map<std::string, const Field*> by_path_;
   Translation out_;
 };
@@ -139,9 +205,50 @@ bool is_new_as_zero(std::string_view message, std::string_view field) {
   return known && known->since->value == 0;
 }
 
-Translation translate(std::string_view schema, const std::vector<Field>& ours,
-                      std::string_view stored) {
+Translation translate(std::string_view schema, const Fields& ours, const Fields& stored) {
   return Translator(schema, ours, stored).take();
+}
+
+void pack_message(std::span<const std::byte> record, std::span<const RecordPart> parts,
+                  std::vector<std::byte>& out) {
+  const auto append = [&](const std::byte* from, size_t bytes) {
+    out.insert(out.end(), from, from + bytes);
+  };
+  append(record.data(), parts.empty() ? record.size() : parts.front().offset);
+  for (const RecordPart& part : parts) {
+    const std::byte* from = &record[part.offset];
+    uint32_t n;
+    std::memcpy(&n, from, sizeof n);
+    const auto in_use = static_cast<uint32_t>(std::min<size_t>(n, part.most));
+    append(reinterpret_cast<const std::byte*>(&in_use), sizeof in_use);
+    if (in_use == 0) continue;
+    out.resize((out.size() + kWord - 1) / kWord * kWord);
+    append(from + kPartHeader, in_use * part.element);
+  }
+}
+
+bool unpack_message(std::span<const std::byte> message, const Fields& fields,
+                    std::vector<std::byte>& out) {
+  out.resize(fields.bytes);
+  const size_t fixed = fields.parts.empty() ? fields.bytes : fields.parts.front().offset;
+  size_t at = 0;
+  const auto take = [&](size_t to, size_t bytes) {
+    if (message.size() - at < bytes) return false;
+    std::memcpy(&out[to], message.data() + at, bytes);
+    at += bytes;
+    return true;
+  };
+  if (!take(0, fixed)) return false;
+  for (const RecordPart& part : fields.parts) {
+    uint32_t n;
+    if (!take(part.offset, sizeof n)) return false;
+    std::memcpy(&n, &out[part.offset], sizeof n);
+    if (n > part.most) return false;
+    if (n == 0) continue;
+    at = (at + kWord - 1) / kWord * kWord;
+    if (at > message.size() || !take(part.offset + kPartHeader, n * part.element)) return false;
+  }
+  return at == message.size();
 }
 
 void apply(const Translation& translation, const std::byte* record, std::vector<std::byte>& out) {

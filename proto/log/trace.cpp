@@ -13,11 +13,32 @@ namespace {
 constexpr int64_t kUnread = std::numeric_limits<int64_t>::min();
 constexpr int64_t kNoMessage = std::numeric_limits<int64_t>::max();
 
+TopicInfo servo_info(uint32_t hand) {
+  return info_of(servo_topic(hand), "one record a servo tick");
+}
+
+TopicInfo contact_info(uint32_t hand) {
+  return info_of(contact_topic(hand), "answers of collision detection");
+}
+
+/// The topics of the hands behind the first.
+const std::vector<TopicInfo>& topics_of_others() {
+  static const std::vector<TopicInfo> topics = [] {
+    std::vector<TopicInfo> all;
+    for (uint32_t hand = kFirstHand + 1; hand < kMostHands; ++hand) {
+      all.push_back(servo_info(hand));
+      all.push_back(contact_info(hand));
+    }
+    return all;
+  }();
+  return topics;
+}
+
 }  // namespace
 
 const std::array<TopicInfo, 5> kTopics{
-    info_of(servo_topic(kFirstHand), "one record a servo tick"),
-    info_of(contact_topic(kFirstHand), "answers of collision detection"),
+    servo_info(kFirstHand),
+    contact_info(kFirstHand),
     info_of(kSimTopic, "poses of the objects"),
     info_of(kControlTopic, "desired state of the session"),
     info_of(kEventTopic, "starts, stops, changes of flags, losses"),
@@ -25,7 +46,10 @@ const std::array<TopicInfo, 5> kTopics{
 
 const TopicInfo* find_topic(std::string_view name) {
   const auto topic = std::ranges::find(kTopics, name, &TopicInfo::name);
-  return topic == kTopics.end() ? nullptr : &*topic;
+  if (topic != kTopics.end()) return &*topic;
+  const std::vector<TopicInfo>& others = topics_of_others();
+  const auto other = std::ranges::find(others, name, &TopicInfo::name);
+  return other == others.end() ? nullptr : &*other;
 }
 
 std::vector<TopicInfo> TraceReader::topics() const {
@@ -51,7 +75,7 @@ std::string TraceReader::layout() const {
 std::string TraceReader::notice(const TopicInfo& topic) const {
   const McapChannel* channel = mcap_.find_channel(topic.name);
   if (channel == nullptr) return "";
-  const std::optional<Translation> translation = find_translation(topic, *channel);
+  const std::optional<Translation> translation = find_stored(topic, *channel).translation;
   std::string lacking;
   for (const std::string& field : translation ? translation->lacking : std::vector<std::string>()) {
     lacking += (lacking.empty() ? "; fields it lacks: " : ", ") + field;
@@ -62,9 +86,8 @@ std::string TraceReader::notice(const TopicInfo& topic) const {
   return "recorded with layout " + (number.empty() ? "of no number" : shown(number)) + lacking;
 }
 
-/// Empty if the file's records have this program's layout.
-std::optional<Translation> TraceReader::find_translation(const TopicInfo& topic,
-                                                         const McapChannel& channel) const {
+TraceReader::Stored TraceReader::find_stored(const TopicInfo& topic,
+                                             const McapChannel& channel) const {
   const McapSchema& stored = mcap_.schema_of(channel);
   const auto fail = [&](const std::string& why) {
     throw McapError(path_ + ": topic '" + shown(channel.topic) + "' has another layout of " +
@@ -73,23 +96,25 @@ std::optional<Translation> TraceReader::find_translation(const TopicInfo& topic,
   };
   // its codes 3 and 4 had other meanings
   if (topic.name == kEventTopic.name && layout() == "1") fail("the codes had other meanings");
-  if (stored.text == full_definition(topic.text)) return std::nullopt;
+  Fields ours = flatten(topic.text);
+  if (stored.text == full_definition(topic.text)) return {std::move(ours), std::nullopt};
   if (stored.encoding != "ros2msg") fail("it is not described as a ROS 2 message");
   try {
-    return translate(topic.schema, flatten(topic.text), stored.text);
+    Fields theirs = flatten_definition(stored.text);
+    Translation translation = translate(topic.schema, ours, theirs);
+    return {std::move(theirs), std::move(translation)};
   } catch (const std::runtime_error& error) {
     fail(error.what());
   }
-  return std::nullopt;
+  return {};
 }
 
 std::optional<TopicDecoder> TraceReader::decoder(const TopicInfo& topic) const {
   const McapChannel* channel = mcap_.find_channel(topic.name);
   if (channel == nullptr) return std::nullopt;
-  std::optional<Translation> translation = find_translation(topic, *channel);
-  const size_t size = translation ? translation->stored_size : topic.size;
-  return TopicDecoder(channel->id, path_ + ": topic '" + shown(channel->topic) + "'", size,
-                      std::move(translation));
+  Stored stored = find_stored(topic, *channel);
+  return TopicDecoder(channel->id, path_ + ": topic '" + shown(channel->topic) + "'",
+                      std::move(stored.fields), std::move(stored.translation));
 }
 
 std::shared_ptr<const TraceReader::Chunk> TraceReader::chunk(size_t number) const {
@@ -186,21 +211,21 @@ void TopicCursor::rewind() {
   messages_ = {};
 }
 
-TopicDecoder::TopicDecoder(uint16_t channel, std::string where, size_t size,
+TopicDecoder::TopicDecoder(uint16_t channel, std::string where, Fields fields,
                            std::optional<Translation> translation)
     : channel_(channel),
       where_(std::move(where)),
-      size_(size),
+      fields_(std::move(fields)),
       translation_(std::move(translation)) {}
 
 const std::byte* TopicDecoder::decode(const McapMessage& message) {
-  if (message.data.size() != kCdrHeader.size() + size_ || message.data[1] != kCdrHeader[1]) {
+  const bool is_cdr = message.data.size() >= kCdrHeader.size() && message.data[1] == kCdrHeader[1];
+  if (!is_cdr || !unpack_message(message.data.subspan(kCdrHeader.size()), fields_, unpacked_)) {
     throw McapError(where_ + " has a message of " + std::to_string(message.data.size()) +
                     " bytes that is not its struct; the file is damaged");
   }
-  const std::byte* record = message.data.data() + kCdrHeader.size();
-  if (!translation_) return record;
-  apply(*translation_, record, translated_);
+  if (!translation_) return unpacked_.data();
+  apply(*translation_, unpacked_.data(), translated_);
   return translated_.data();
 }
 

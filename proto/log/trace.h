@@ -20,11 +20,12 @@
 #include "proto/log/layout.h"
 #include "proto/log/mcap.h"
 #include "proto/wire/hands.h"
+#include "proto/wire/parts.h"
 #include "proto/wire/schema.h"
 #include "proto/wire/wire.h"
 
 /// Recordings: the wire structs in an MCAP file. A message's payload is the CDR encoding of the
-/// struct: four bytes and the struct itself. log_time is CLOCK_REALTIME, publish_time
+/// struct: four bytes, and the struct packed (layout.h). log_time is CLOCK_REALTIME, publish_time
 /// CLOCK_MONOTONIC. Older recordings hold other layouts of the structs; they are read by the
 /// definitions in the file (layout.h).
 namespace haptic {
@@ -40,10 +41,10 @@ inline constexpr HandNames kContactTopics = names_of_hands("/contact", "/set");
 
 /// The topics of a hand's servo and contact.
 constexpr Topic<ServoFrame> servo_topic(uint32_t hand) {
-  return {kServoTopics[hand].data()};
+  return {view_of(kServoTopics[hand])};
 }
 constexpr Topic<ContactSet> contact_topic(uint32_t hand) {
-  return {kContactTopics[hand].data()};
+  return {view_of(kContactTopics[hand])};
 }
 inline constexpr Topic<SceneFrame> kSimTopic{"/sim/frame"};
 inline constexpr Topic<ControlFrame> kControlTopic{"/control/frame"};
@@ -52,20 +53,21 @@ inline constexpr Topic<Event> kEventTopic{"/events"};
 /// A topic without its type, for code that handles all topics alike.
 struct TopicInfo {
   std::string_view name, schema, text;
-  size_t size;  // of the struct [bytes]
+  size_t size;                        // of the struct [bytes]
+  std::span<const RecordPart> parts;  // of it
   std::string_view what;
 };
 
-/// The topics of a recording of this version.
+/// The topics of a recording of one hand.
 extern const std::array<TopicInfo, 5> kTopics;
 
-/// nullptr if there is no such topic.
+/// Of any hand; nullptr if there is no such topic.
 const TopicInfo* find_topic(std::string_view name);
 
 /// The struct of a topic, without its type.
 template <typename T>
 constexpr TopicInfo info_of(const Topic<T>& topic, std::string_view what = "") {
-  return {topic.name, Schema<T>::name, Schema<T>::text, sizeof(T), what};
+  return {topic.name, Schema<T>::name, Schema<T>::text, sizeof(T), kParts<T>, what};
 }
 
 struct Stamp {
@@ -87,20 +89,20 @@ inline constexpr std::array<std::byte, 4> kCdrHeader{std::byte{0}, std::byte{1},
 class TopicDecoder {
  public:
   /// The record in a message of the channel: topic.size bytes, unaligned, valid until the next
-  /// call or as long as the message. Throws McapError if the message is not its struct.
+  /// call. Throws McapError if the message is not its struct.
   const std::byte* decode(const McapMessage& message);
   uint16_t channel() const { return channel_; }
 
  private:
   friend class TraceReader;
-  TopicDecoder(uint16_t channel, std::string where, size_t size,
+  TopicDecoder(uint16_t channel, std::string where, Fields fields,
                std::optional<Translation> translation);
 
   uint16_t channel_;
   std::string where_;  // "file: topic 't'", for messages
-  size_t size_;        // of a record in the file [bytes]
+  Fields fields_;      // of a record in the file
   std::optional<Translation> translation_;
-  std::vector<std::byte> translated_;
+  std::vector<std::byte> unpacked_, translated_;
 };
 
 /// A recording that is read by its topics. Not for two threads at once.
@@ -149,8 +151,12 @@ class TraceReader {
     std::vector<char> records;
   };
   std::shared_ptr<const Chunk> chunk(size_t number) const;
-  std::optional<Translation> find_translation(const TopicInfo& topic,
-                                              const McapChannel& channel) const;
+  /// The records of a channel in the file, and how they become this program's; none: they are.
+  struct Stored {
+    Fields fields;
+    std::optional<Translation> translation;
+  };
+  Stored find_stored(const TopicInfo& topic, const McapChannel& channel) const;
 
   std::string path_;
   McapReader mcap_;

@@ -10,6 +10,27 @@
 
 namespace haptic {
 
+/// Since when a process has left out some of its cycles in every second.
+class BehindSince {
+ public:
+  /// `skipped`: cycles, since start. Returns the instant [ns]; 0: it keeps up.
+  int64_t seen(uint64_t skipped, int64_t t_ns) {
+    if (skipped != skipped_) {
+      if (since_ns_ == 0) since_ns_ = t_ns;
+      skipped_ = skipped;
+      last_ns_ = t_ns;
+    } else if (t_ns - last_ns_ > kForgiven) {
+      since_ns_ = 0;
+    }
+    return since_ns_;
+  }
+
+ private:
+  static constexpr int64_t kForgiven = 1'000'000'000;  // [ns]
+  uint64_t skipped_ = 0;
+  int64_t since_ns_ = 0, last_ns_ = 0;
+};
+
 /// A process that does not keep up, as the servo judges it, and how people read of it.
 struct BehindRow {
   uint32_t flag;            // ServoFlag

@@ -8,32 +8,13 @@
 #include "proto/wire/renderer.h"
 #include "proto/wire/wire.h"
 
-/// A guide row is a contact that holds both ways: n·(tool point − object point) = 0. Contact makes
-/// such rows of what the tool has grasped; they are the last of a set.
+/// A guide row holds both ways: n·(tool point − object point) = 0. Contact makes such rows of what
+/// the tool has grasped.
 namespace haptic {
-
-inline constexpr uint64_t kGuideKind = 3;   // the two highest bits of Contact::feature
-inline constexpr int kFeatureKindBit = 62;  // of Contact::feature, where its kind begins
-inline constexpr uint32_t kMaxGuides = 6;   // in a set: they fix a body
 
 /// Time in which a grasp is let in [s]: its strength grows from 0 to 1, as a change of the coupling
 /// does, so that a hand that has pulled already feels no step.
 inline constexpr double kGraspTime = 0.200;
-
-constexpr uint64_t guide_feature(uint32_t index) {
-  return kGuideKind << kFeatureKindBit | index;
-}
-
-constexpr bool is_guide(const Contact& contact) {
-  return contact.feature >> kFeatureKindBit == kGuideKind;
-}
-
-/// How many contacts a set has before its guide rows.
-constexpr uint32_t n_one_sided(const ContactSet& set) {
-  uint32_t n = std::min(set.n_contacts, kMaxContacts);
-  while (n > 0 && is_guide(set.contacts[n - 1])) --n;
-  return n;
-}
 
 /// The pose that the contacts of a set are those of. A tool that may enter objects is its proxy.
 inline const Pose& place_of(const ContactSet& set) {

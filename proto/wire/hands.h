@@ -10,8 +10,8 @@
 /// to one has the hand's number in its name: "servo0", "/contact0/set".
 namespace haptic {
 
-inline constexpr uint32_t kFirstHand = 0;  // today the only one
-inline constexpr uint32_t kMostHands = 2;  // of a person; a name has one digit
+inline constexpr uint32_t kFirstHand = 0;
+inline constexpr uint32_t kMostHands = 4;  // two people; a name has one digit
 
 using HandName = std::array<char, 24>;  // zero-terminated
 using HandNames = std::array<HandName, kMostHands>;
@@ -27,6 +27,12 @@ consteval HandNames names_of_hands(std::string_view before, std::string_view aft
     names[hand].at(n) = '\0';
   }
   return names;
+}
+
+constexpr std::string_view view_of(const HandName& name) {
+  size_t n = 0;
+  while (n < name.size() && name[n] != '\0') ++n;
+  return {name.data(), n};
 }
 
 inline constexpr HandNames kServoNames = names_of_hands("servo");

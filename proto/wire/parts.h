@@ -4,21 +4,21 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
 
 #include "proto/wire/wire.h"
 
 namespace haptic {
 
-/// An array of a record of which the first elements are in use, as many as a uint32_t of the record
-/// says; a count above `most` counts as `most`.
+/// The place of a part (packed.h) in its record. It begins with the number of its values, a
+/// uint32_t, and four bytes of zero.
 struct RecordPart {
   size_t offset, element;  // [bytes]
-  size_t most;             // elements
-  size_t count;            // offset of the uint32_t [bytes]
+  size_t most;             // values
 };
+inline constexpr size_t kPartHeader = 8;  // [bytes]
 
-/// The parts of a record in the order of their bytes; none, where the list has none.
+/// The parts of a record in the order of their bytes, the last of which is the record's end; none,
+/// where the list has none.
 template <typename T>
 inline constexpr std::array<RecordPart, 0> kParts{};
 
@@ -41,8 +41,7 @@ constexpr std::array<RecordPart, kRows - 1> parts_of_rows(const RecordPart (&row
     return parts_of_rows({
 #define FIELD(...)
 #define ARRAY(...)
-#define PART(type, most, count, field, ...) \
-  {offsetof(Record, field), sizeof(type), most, offsetof(Record, count)},
+#define PART(type, most, field, ...) {offsetof(Record, field), sizeof(type), most},
 #define END(record) \
   {}                \
   });               \

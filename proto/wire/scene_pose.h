@@ -13,7 +13,18 @@
 
 namespace haptic {
 
-inline constexpr double kMaxExtrapolation = 0.020;  // longest extrapolation of a scene pose [s]
+/// For how long an object goes on by its twist where its mover says nothing else, and the longest
+/// that any may say [ns].
+inline constexpr int64_t kExtrapolationNs = 20'000'000, kMostExtrapolationNs = 100'000'000;
+
+constexpr double seconds_of(int64_t ns) {
+  return static_cast<double>(ns) * 1e-9;
+}
+
+/// For how long this object goes on [s].
+inline double extrapolation_of(const SceneObject& object) {
+  return seconds_of(std::clamp<int64_t>(object.extrapolation_ns, 0, kMostExtrapolationNs));
+}
 
 /// True if a body has gone so far from its place at the start that sim moves it no more.
 inline bool is_out_of_reach(const Pose& X_WO, const Pose& X_start, double reach) {
@@ -25,34 +36,50 @@ struct HandPush {
   uint32_t hand;
   int64_t t_ns;      // of the counters: the impulse stays as it is from here on
   int64_t since_ns;  // where they began
-  std::span<const Wrench, kMaxObjects> impulse_W, impulse_time_W;
+  std::span<const ObjectPush> pushes;
 };
 
 inline HandPush push_of(const ServoFrame& frame, uint32_t hand = kFirstHand) {
-  HAPTIC_ASSERT(hand < kMostHands);
-  return {hand, frame.t_ns, frame.impulses_since_ns, frame.object_impulse_W,
-          frame.object_impulse_time_W};
+  return {hand, frame.t_ns, frame.impulses_since_ns, frame.pushes};
+}
+
+/// How an object answers a push; null: it does not.
+inline const ObjectResponse* response_of(const SceneFrame& scene, uint32_t object) {
+  const uint32_t response = scene.objects[object].response;
+  return response < scene.responses.size() ? &scene.responses[response] : nullptr;
+}
+
+/// How far sim has used a hand's counters for an object; null: it uses none.
+inline const SeenPush* seen_of(const SceneFrame& scene, uint32_t object, uint32_t hand) {
+  const uint64_t response = scene.objects[object].response;
+  const uint64_t at = response * scene.n_hands + hand;
+  const bool is_there = response_of(scene, object) != nullptr && hand < scene.n_hands;
+  return is_there && at < scene.seen.size() ? &scene.seen[at] : nullptr;
 }
 
 /// Returns whether the scene lets a push move this object. The mobility is positive semidefinite,
 /// so it is zero exactly where its diagonal is zero.
 inline bool is_mobile(const SceneFrame& scene, uint32_t object) {
-  HAPTIC_ASSERT(object < kMaxObjects);
-  if (object >= scene.n_responses) return false;
-  const std::array<double, 36>& mobility = scene.responses[object].mobility;
+  const ObjectResponse* response = response_of(scene, object);
+  if (response == nullptr) return false;
   for (size_t i = 0; i < 6; ++i) {
-    if (mobility[7 * i] != 0) return true;
+    if (response->mobility[7 * i] != 0) return true;
   }
   return false;
 }
 
-/// True if a push at t_ns still moves what is mobile: sim has used counters of this servo, and its
-/// frame can still be extrapolated. What is pushed otherwise belongs into no counter.
-inline bool takes_pushes(const SceneFrame& scene, uint32_t hand, int64_t since_ns, int64_t t_ns) {
-  HAPTIC_ASSERT(hand < kMostHands);
-  const int64_t seen_ns = scene.seen_t_ns[hand];
-  return seen_ns != 0 && seen_ns >= since_ns &&
-         static_cast<double>(t_ns - scene.t_ns) * 1e-9 <= kMaxExtrapolation;
+/// True if sim has used counters of a servo that began to count at since_ns.
+inline bool is_counted(const SeenPush* seen, int64_t since_ns) {
+  return seen != nullptr && seen->t_ns != 0 && seen->t_ns >= since_ns;
+}
+
+/// True if a push at t_ns still moves an object that is mobile: sim has used counters of this
+/// servo, and the pose can still be extrapolated. What is pushed otherwise belongs into no counter.
+inline bool takes_pushes(const SceneFrame& scene, uint32_t object, uint32_t hand, int64_t since_ns,
+                         int64_t t_ns) {
+  const SceneObject& at = scene.objects[object];
+  return is_counted(seen_of(scene, object, hand), since_ns) &&
+         seconds_of(t_ns - at.t_ns) <= extrapolation_of(at);
 }
 
 /// Mobility times an impulse: the change of twist. Mobility times the integral of an impulse: the
@@ -73,57 +100,56 @@ struct UnseenPush {
 };
 
 /// Computes what is unseen at t; nothing of an object that does not move when it is pushed. Beyond
-/// 20 ms the integral stays as it was, which holds because the servo counts no push any more.
+/// its extrapolation the integral stays as it was, which holds because the servo counts no push any
+/// more.
 inline UnseenPush unseen_push(const SceneFrame& scene, uint32_t object, int64_t t_ns,
                               const HandPush& push) {
-  const int64_t seen_ns = scene.seen_t_ns[push.hand];
-  if (seen_ns == 0 || seen_ns < push.since_ns || !is_mobile(scene, object)) return {};
-  const SeenPush& seen = scene.responses[object].seen[push.hand];
-  const auto seconds = [](int64_t ns) { return static_cast<double>(ns) * 1e-9; };
-  const double age = seconds(t_ns - scene.t_ns);
-  const double frozen = age - std::clamp(age, -kMaxExtrapolation, kMaxExtrapolation);
+  const SeenPush* seen = seen_of(scene, object, push.hand);
+  const SceneObject& at = scene.objects[object];
+  if (!is_counted(seen, push.since_ns) || !is_mobile(scene, object)) return {};
+  if (at.response >= push.pushes.size()) return {};
+  const ObjectPush& counted = push.pushes[at.response];
+  const double age = seconds_of(t_ns - at.t_ns), most = extrapolation_of(at);
+  const double frozen = age - std::clamp(age, -most, most);
   UnseenPush unseen;
-  unseen.impulse_W = push.impulse_W[object] + -seen.impulse_W;
-  unseen.impulse_time_W = push.impulse_time_W[object] + -seen.impulse_time_W +
-                          (seconds(t_ns - push.t_ns) - frozen) * unseen.impulse_W +
-                          -seconds(push.t_ns - seen_ns) * seen.impulse_W;
+  unseen.impulse_W = counted.impulse_W + -seen->impulse_W;
+  unseen.impulse_time_W = counted.impulse_time_W + -seen->impulse_time_W +
+                          (seconds_of(t_ns - push.t_ns) - frozen) * unseen.impulse_W +
+                          -seconds_of(push.t_ns - seen->t_ns) * seen->impulse_W;
   return unseen;
 }
 
 /// X_WO of one object at time t, by what the scene says alone: extrapolated by its twist, at most
-/// 20 ms either way (if sim dies, the scene freezes).
+/// extrapolation_of it either way (if its mover dies, it stands still).
 inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_ns) {
-  HAPTIC_ASSERT(object < kMaxObjects);
-  const Pose& X_WO = scene.X_WO[object];
-  const Twist& V_WO = scene.V_WO[object];
+  const SceneObject& at = scene.objects[object];
   // a static object's pose stays bit-identical
-  if (V_WO == Twist{}) return X_WO;
-  const double dt = std::clamp(static_cast<double>(t_ns - scene.t_ns) * 1e-9, -kMaxExtrapolation,
-                               kMaxExtrapolation);
-  return extrapolate(X_WO, V_WO, dt);
+  if (at.V_WO == Twist{}) return at.X_WO;
+  const double most = extrapolation_of(at);
+  return extrapolate(at.X_WO, at.V_WO, std::clamp(seconds_of(t_ns - at.t_ns), -most, most));
 }
 
 /// Velocity of the object's origin and its angular velocity, in W; zero where object_pose_at no
 /// longer extrapolates.
 inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t_ns) {
-  HAPTIC_ASSERT(object < kMaxObjects);
-  const double dt = static_cast<double>(t_ns - scene.t_ns) * 1e-9;
-  return std::fabs(dt) > kMaxExtrapolation ? Twist{} : scene.V_WO[object];
+  const SceneObject& at = scene.objects[object];
+  return std::fabs(seconds_of(t_ns - at.t_ns)) > extrapolation_of(at) ? Twist{} : at.V_WO;
 }
 
-/// Computes X_WO of one object at time t, with dt = t − t_scene, at most 20 ms either way:
-/// V·dt + ½·a·dt² + M⁻¹ [S − S_seen − J_seen (t − t_seen)] from the scene's pose. Servo, contact
-/// and whoever draws use this function, so they see an object in the same place. Of an object that
-/// only follows its script it is object_pose_at of the scene alone.
+/// Computes X_WO of one object at time t, with dt = t − t_object, at most extrapolation_of it
+/// either way: V·dt + ½·a·dt² + M⁻¹ [S − S_seen − J_seen (t − t_seen)] from the scene's pose.
+/// Servo, contact and whoever draws use this function, so they see an object in the same place. Of
+/// an object that only follows its script it is object_pose_at of the scene alone.
 inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
                            const UnseenPush& unseen) {
   const Pose X_WO = object_pose_at(scene, object, t_ns);
-  if (object >= scene.n_responses) return X_WO;
-  const ObjectResponse& response = scene.responses[object];
-  const double dt = std::clamp(static_cast<double>(t_ns - scene.t_ns) * 1e-9, -kMaxExtrapolation,
-                               kMaxExtrapolation);
-  const Twist travel =
-      0.5 * dt * dt * response.acceleration_W + moved_by(response.mobility, unseen.impulse_time_W);
+  const ObjectResponse* response = response_of(scene, object);
+  if (response == nullptr) return X_WO;
+  const SceneObject& at = scene.objects[object];
+  const double most = extrapolation_of(at);
+  const double dt = std::clamp(seconds_of(t_ns - at.t_ns), -most, most);
+  const Twist travel = 0.5 * dt * dt * response->acceleration_W +
+                       moved_by(response->mobility, unseen.impulse_time_W);
   return travel == Twist{} ? X_WO : extrapolate(X_WO, travel, 1);
 }
 inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
@@ -136,10 +162,11 @@ inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_n
 inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
                              const UnseenPush& unseen) {
   const Twist V_WO = object_twist_at(scene, object, t_ns);
-  const double dt = static_cast<double>(t_ns - scene.t_ns) * 1e-9;
-  if (object >= scene.n_responses || std::fabs(dt) > kMaxExtrapolation) return V_WO;
-  const ObjectResponse& response = scene.responses[object];
-  return V_WO + dt * response.acceleration_W + moved_by(response.mobility, unseen.impulse_W);
+  const ObjectResponse* response = response_of(scene, object);
+  const SceneObject& at = scene.objects[object];
+  const double dt = seconds_of(t_ns - at.t_ns);
+  if (response == nullptr || std::fabs(dt) > extrapolation_of(at)) return V_WO;
+  return V_WO + dt * response->acceleration_W + moved_by(response->mobility, unseen.impulse_W);
 }
 inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
                              const HandPush& push) {

@@ -13,7 +13,7 @@
 namespace haptic {
 namespace {
 
-// Bounds for the schema of a file; the largest of ours, ContactSet, takes a tenth of each.
+// Bounds for the schema of a file; the largest of ours, SceneFrame, takes two thirds of them.
 constexpr size_t kMostText = size_t{64} << 10;      // of a definition [bytes]
 constexpr size_t kMostFlattened = size_t{1} << 20;  // read while a message is flattened [bytes]
 constexpr size_t kMostFields = size_t{1} << 14;     // numbers of a message
@@ -39,6 +39,7 @@ constexpr auto kDefinitions = std::to_array<Definition>({
 #define RECORD(record, ...) {Schema<record>::type, Schema<record>::text},
 #define FIELD(...)
 #define ARRAY(...)
+#define PART(...)
 #define END(...)
 #include "proto/wire/records.def"
 });
@@ -59,10 +60,12 @@ constexpr std::string_view definition(std::string_view type) {
   throw std::runtime_error("message type '" + std::string(type) + "' is not known");
 }
 
-/// One line of a definition: `type[count] name # [unit] comment`; count 0: not an array.
+/// One line of a definition: `type[count] name # [unit] comment`; count 0: not an array. Of a
+/// bounded sequence, `type[<=count]`, it is the bound.
 struct Line {
   std::string_view type, name, unit;
   size_t count = 0;
+  bool is_part = false;
 };
 
 constexpr std::string_view take_word(std::string_view& rest) {
@@ -73,18 +76,19 @@ constexpr std::string_view take_word(std::string_view& rest) {
   return word;
 }
 
-/// The count of `type[count]`, from the bracket on; 0: not an array.
+/// The count of `type[count]` or `type[<=count]`, from the bracket on; 0: neither.
 constexpr size_t count_of(std::string_view brackets) {
   if (brackets.empty()) return 0;
   size_t count = 0;
-  // sequences and bounded arrays are no plain structs
   const bool ends = brackets.size() > 2 && brackets.back() == ']';
-  for (const char c : brackets.substr(1, ends ? brackets.size() - 2 : 0)) {
+  brackets = brackets.substr(1, ends ? brackets.size() - 2 : 0);
+  if (brackets.starts_with("<=")) brackets.remove_prefix(2);
+  for (const char c : brackets) {
     count = c >= '0' && c <= '9' ? 10 * count + static_cast<size_t>(c - '0') : kMostFields + 1;
     if (count > kMostFields) break;
   }
   if (count == 0 || count > kMostFields) {
-    throw std::runtime_error("only arrays of a fixed size, up to 16384, are supported");
+    throw std::runtime_error("only arrays and sequences of up to 16384 values are supported");
   }
   return count;
 }
@@ -106,21 +110,31 @@ constexpr bool take_line(std::string_view& text, Line& line) {
     line.name = take_word(code);
     const size_t bracket = std::min(line.type.find('['), line.type.size());
     line.count = count_of(line.type.substr(bracket));
+    line.is_part = line.type.substr(bracket).starts_with("[<=");
     line.type = line.type.substr(0, bracket);
     return true;
   }
   return false;
 }
 
+constexpr size_t aligned(size_t offset, size_t size) {
+  return (offset + size - 1) / size * size;
+}
+
 /// Offset of the field `stop` in a message that starts at `offset`; without `stop`, the end of the
-/// message (XCDR1: each primitive aligned to its size from the start of the payload).
+/// message (XCDR1: each primitive aligned to its size from the start of the payload), with each
+/// sequence as long as it may be.
 constexpr size_t cdr_end(std::string_view text, size_t offset, std::string_view stop = "") {
   for (Line line; take_line(text, line);) {
     if (line.name == stop) return offset;
     const size_t size = primitive_size(line.type);
+    if (line.is_part) {
+      const size_t element = size > 0 ? size : cdr_end(definition(line.type), 0);
+      offset = aligned(offset, 8) + kPartHeader + line.count * element;
+      continue;
+    }
     for (size_t i = 0; i < std::max<size_t>(line.count, 1); ++i) {
-      offset = size > 0 ? (offset + size - 1) / size * size + size
-                        : cdr_end(definition(line.type), offset);
+      offset = size > 0 ? aligned(offset, size) + size : cdr_end(definition(line.type), offset);
     }
   }
   return offset;
@@ -134,6 +148,7 @@ constexpr size_t cdr_end(std::string_view text, size_t offset, std::string_view 
 #define FIELD(type, field, ...) \
   static_assert(cdr_end(Schema<Record>::text, 0, #field) == offsetof(Record, field), #field);
 #define ARRAY(type, count, field, ...) FIELD(type, field)
+#define PART(type, count, field, ...) FIELD(type, field)
 #define END(record) }
 #include "proto/wire/records.def"
 
@@ -150,6 +165,13 @@ class Flattener {
  public:
   explicit Flattener(const Find& find) : find_(find) {}
 
+  Fields flattened(std::string_view text) {
+    add_message(text, "", "", 0);
+    out_.bytes = offset_;
+    return std::move(out_);
+  }
+
+ private:
   /// Appends the numbers of a message; `units` are those the enclosing field states.
   void add_message(std::string_view text, const std::string& prefix, std::string_view units,
                    int depth) {
@@ -161,34 +183,65 @@ class Flattener {
     for (Line line; take_line(text, line); ++member) {
       // the enclosing field's units take precedence: an impulse is a Wrench, but not in newtons
       const std::string_view unit = units.empty() ? line.unit : unit_of_member(units, member);
-      const std::string name = prefix + std::string(line.name);
-      for (size_t i = 0; i < std::max<size_t>(line.count, 1); ++i) {
-        const std::string index = line.count > 0 ? "[" + std::to_string(i) + "]" : "";
-        add_value(line.type, name + index, unit, depth);
+      const bool is_behind = !in_part_ && !out_.parts.empty();
+      if (line.is_part || is_behind) {
+        add_part(line, unit, depth);
+      } else {
+        add_values(line, prefix + std::string(line.name), unit, depth);
       }
     }
   }
-  std::vector<Field> fields;
 
- private:
+  /// Behind the last field, so that all fields have their places.
+  void add_part(const Line& line, std::string_view unit, int depth) {
+    if (!line.is_part || depth > 0 || in_part_) {
+      throw std::runtime_error("it has a field behind a sequence, or a sequence in another type");
+    }
+    offset_ = aligned(offset_, 8);
+    const size_t begin = offset_;
+    const std::string name(line.name);
+    add_number({"n_" + name, "uint32", begin, ""});
+    offset_ = begin + kPartHeader;
+    const size_t first = out_.size();
+    in_part_ = true;
+    add_values(line, name, unit, depth);
+    in_part_ = false;
+    const size_t element = (offset_ - begin - kPartHeader) / line.count;
+    if (first == out_.size() || element % 8 != 0 || size_of(out_[first]) != 8) {
+      throw std::runtime_error("it has a sequence of values that are not whole words");
+    }
+    out_.parts.push_back({begin, element, line.count});
+  }
+
+  void add_values(const Line& line, const std::string& name, std::string_view unit, int depth) {
+    for (size_t i = 0; i < std::max<size_t>(line.count, 1); ++i) {
+      const std::string index = line.count > 0 ? "[" + std::to_string(i) + "]" : "";
+      add_value(line.type, name + index, unit, depth);
+    }
+  }
+
   void add_value(std::string_view type, const std::string& name, std::string_view unit, int depth) {
     const size_t size = primitive_size(type);
     if (size == 0) return add_message(find_(type), name + ".", unit, depth + 1);
-    if (fields.size() == kMostFields) throw std::runtime_error("it has more than 16384 numbers");
-    offset_ = (offset_ + size - 1) / size * size;
-    fields.push_back({name, std::string(type), offset_, std::string(unit)});
+    offset_ = aligned(offset_, size);
+    add_number({name, std::string(type), offset_, std::string(unit)});
     offset_ += size;
   }
 
+  void add_number(Field field) {
+    if (out_.size() == kMostFields) throw std::runtime_error("it has more than 16384 numbers");
+    out_.push_back(std::move(field));
+  }
+
   const Find& find_;
+  Fields out_;
   size_t offset_ = 0, read_ = 0;
+  bool in_part_ = false;
 };
 
 template <typename Find>
-std::vector<Field> flatten_with(std::string_view text, const Find& find) {
-  Flattener flattener(find);
-  flattener.add_message(text, "", "", 0);
-  return std::move(flattener.fields);
+Fields flatten_with(std::string_view text, const Find& find) {
+  return Flattener(find).flattened(text);
 }
 
 bool is_name(std::string_view word, std::string_view others) {
@@ -225,7 +278,7 @@ std::map<std::string, std::string, std::less<>> split_definition(std::string_vie
       if (!is_new) throw std::runtime_error("it defines a type twice");
       if (types.size() > kMostTypes) throw std::runtime_error("it defines more than 64 types");
       into = &place->second;
-    } else if (is_name(type, "_/[]") && is_name(name, "_")) {
+    } else if (is_name(type, "_/[]<=") && is_name(name, "_")) {
       *into += std::string(line) + '\n';
     } else {
       throw std::runtime_error("it has a line that is no field");
@@ -268,12 +321,12 @@ const std::vector<RecordRow>& all_records() {
   {                                 \
     using Record = record;          \
     all.push_back({#record, writer, doc, Schema<record>::text, sizeof(Record), {}});
-#define ROW(type, count, field, counted_by, ...)                              \
+#define ROW(type, count, field, is_part, ...)                                 \
   all.back().fields.push_back({#type, #field, count, offsetof(Record, field), \
-                               sizeof(Record::field), counted_by, __VA_ARGS__});
-#define FIELD(type, field, ...) ROW(type, 0, field, "", __VA_ARGS__)
-#define ARRAY(type, count, field, ...) ROW(type, count, field, "", __VA_ARGS__)
-#define PART(type, most, count, field, ...) ROW(type, most, field, #count, __VA_ARGS__)
+                               sizeof(Record::field), is_part, __VA_ARGS__});
+#define FIELD(type, field, ...) ROW(type, 0, field, false, __VA_ARGS__)
+#define ARRAY(type, count, field, ...) ROW(type, count, field, false, __VA_ARGS__)
+#define PART(type, most, field, ...) ROW(type, most, field, true, __VA_ARGS__)
 #define END(record) }
 #include "proto/wire/records.def"
 #undef ROW
@@ -288,11 +341,11 @@ const RecordRow* find_record(std::string_view name) {
   return row == all_records().end() ? nullptr : &*row;
 }
 
-std::vector<Field> flatten(std::string_view text) {
+Fields flatten(std::string_view text) {
   return flatten_with(text, [](std::string_view type) { return definition(type); });
 }
 
-std::vector<Field> flatten_definition(std::string_view definition) {
+Fields flatten_definition(std::string_view definition) {
   const auto types = split_definition(definition);
   return flatten_with(types.at(""), [&](std::string_view type) -> std::string_view {
     const auto found = types.find(type);
@@ -303,10 +356,6 @@ std::vector<Field> flatten_definition(std::string_view definition) {
 
 size_t size_of(const Field& field) {
   return primitive_size(field.type);
-}
-
-size_t size_of(const std::vector<Field>& fields) {
-  return fields.empty() ? 0 : fields.back().offset + size_of(fields.back());
 }
 
 std::string lower_case(std::string_view name) {

@@ -7,15 +7,21 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/wire/parts.h"
 #include "proto/wire/wire.h"
 
 /// The wire structs as text: ROS 2 message definitions whose CDR encoding equals the struct in
-/// memory byte for byte. They are the schemas in a recording and part of a segment's ABI hash,
-/// comments included. A `[unit]` at the start of a comment is the field's unit; `[a, b]` gives the
-/// units of a compound's members in order. schema.cpp checks every offset at compile time.
+/// memory byte for byte, up to its first part (packed.h); a part is a bounded sequence. They are
+/// the schemas in a recording and part of a segment's ABI hash, comments included. A `[unit]` at
+/// the start of a comment is the field's unit; `[a, b]` gives the units of a compound's members in
+/// order. schema.cpp checks every offset at compile time.
 namespace haptic {
 
-/// Since which layout records have a field, and the value that stands for it in older ones.
+/// Stands for the index of the element that the field is of.
+inline constexpr uint32_t kOwnIndex = 0xffff'ffff;
+
+/// Since which layout records have a field, and the value that stands for it in older ones; of a
+/// part the number of its values.
 struct Since {
   uint32_t layout = 1, value = 0;
   std::string_view why;
@@ -24,9 +30,9 @@ struct Since {
 /// A field of a record as the list states it.
 struct RecordField {
   std::string_view type, name;
-  size_t count;                 // of an array; 0: not one
-  size_t offset, size;          // [bytes]
-  std::string_view counted_by;  // the field that says how many of it are in use; empty: all are
+  size_t count;         // of an array or a part; 0: neither
+  size_t offset, size;  // [bytes]
+  bool is_part;
   std::string_view doc, readers;
   Since since{};
 };
@@ -48,6 +54,10 @@ struct Schema;
 #define HAPTIC_ROS_DeviceState "haptic_msgs/DeviceState"
 #define HAPTIC_ROS_Contact "haptic_msgs/Contact"
 #define HAPTIC_ROS_ToolBody "haptic_msgs/ToolBody"
+#define HAPTIC_ROS_GuideRow "haptic_msgs/GuideRow"
+#define HAPTIC_ROS_ObjectPush "haptic_msgs/ObjectPush"
+#define HAPTIC_ROS_ObjectSeen "haptic_msgs/ObjectSeen"
+#define HAPTIC_ROS_SceneObject "haptic_msgs/SceneObject"
 #define HAPTIC_ROS_SeenPush "haptic_msgs/SeenPush"
 #define HAPTIC_ROS_ObjectResponse "haptic_msgs/ObjectResponse"
 #define HAPTIC_ROS_JointState "haptic_msgs/JointState"
@@ -60,6 +70,7 @@ struct Schema;
     static constexpr std::string_view text =
 #define FIELD(type, field, doc, ...) HAPTIC_ROS_##type " " #field "  # " doc "\n"
 #define ARRAY(type, count, field, doc, ...) HAPTIC_ROS_##type "[" #count "] " #field "  # " doc "\n"
+#define PART(type, most, field, doc, ...) HAPTIC_ROS_##type "[<=" #most "] " #field "  # " doc "\n"
 #define END(record) \
   ;                 \
   }                 \
@@ -87,17 +98,23 @@ struct Field {
   std::string unit;  // "m", "N·s"; empty for pure numbers
 };
 
+/// A message as a struct in memory: its numbers in the order of their bytes, and the parts behind
+/// the last field. The number of values of part `objects` has the name `n_objects`, where they
+/// begin.
+struct Fields : std::vector<Field> {
+  std::vector<RecordPart> parts;
+  size_t bytes = 0;  // of the struct
+};
+
 /// Every number of the message `text` in byte order. Nested types must be those of this header or
 /// geometry_msgs; throws std::runtime_error otherwise.
-std::vector<Field> flatten(std::string_view text);
+Fields flatten(std::string_view text);
 
 /// Every number of the schema of a file, without units: `definition` holds the nested types as
 /// well, as full_definition() writes them. It is not trusted: throws std::runtime_error where it is
 /// malformed, refers to itself, or describes more than a record can hold.
-std::vector<Field> flatten_definition(std::string_view definition);
+Fields flatten_definition(std::string_view definition);
 
-/// Bytes of a message that consists of these numbers.
-size_t size_of(const std::vector<Field>& fields);
 /// Bytes of one number.
 size_t size_of(const Field& field);
 

@@ -7,6 +7,7 @@
 
 #include "proto/math/pose.h"
 #include "proto/wire/hands.h"
+#include "proto/wire/packed.h"
 
 /// The structs all processes share: shared-memory records, log payload (CDR) and input of the
 /// solvers. Their fields stand in proto/wire/records.def. SI units; the last letter of a field's
@@ -18,10 +19,13 @@ template <typename T>
 inline constexpr bool kIsWire = std::is_trivially_copyable_v<T>&& std::is_standard_layout_v<T> &&
                                 sizeof(T) % 8 == 0 && alignof(T) == 8;
 
-inline constexpr uint32_t kMaxObjects = 16;   // per scene
-inline constexpr uint32_t kMaxContacts = 64;  // per ContactSet
-inline constexpr uint32_t kMaxJoints = 16;    // per scene
-inline constexpr uint32_t kAbiMajor = 12;     // raise it when any struct below changes
+inline constexpr uint32_t kMaxObjects = 256;       // of a scene
+inline constexpr uint32_t kMaxBodies = 64;         // of them, those that a push can move
+inline constexpr uint32_t kMaxJoints = 64;         // of a scene
+inline constexpr uint32_t kMaxContacts = 64;       // of a ContactSet
+inline constexpr uint32_t kMaxGuideRows = 40;      // beside them
+inline constexpr uint32_t kMaxLocalContacts = 12;  // of them, those that may have a compliance
+inline constexpr uint32_t kAbiMajor = 12;          // raise it when any struct below changes
 inline constexpr uint32_t kAbiMinor =
     0;  // raise it when a field gets a new meaning that old readers may ignore
 
@@ -84,14 +88,23 @@ enum class Fault : uint32_t {
   kDeviceNoisy = 7,        // an encoder reports motion no hand can make
 };
 
-/// ContactSet::flags.
+/// ContactSet::flags. Bit 4 of layouts before 12: no SceneFrame had come.
 enum ContactFlag : uint32_t {
   kContactReseeded = 1u << 0,        // proxy placed anew (started inside, or an object ran over it)
   kContactIterationLimit = 1u << 1,  // stopped by the iteration limit, not converged
   kContactTruncated = 1u << 2,       // more facets than a query, a leg or the set can hold
   kContactNoFreePose = 1u << 3,      // no free proxy pose found: the planes must not be rendered
-  kContactNoScene = 1u << 4,         // no SceneFrame yet: poses of the config are used
   kContactNoDetector = 1u << 5,      // the session lacks the tool or the maps for this renderer
+  kContactGiven = 1u << 6,           // a client's wrench is part of F0_W, K and B
+  kContactField = 1u << 7,           // so is that of a field
+};
+
+inline constexpr uint32_t kNoResponse = 0xffff'ffff;  // SceneObject::response
+inline constexpr uint32_t kMovedBySim = 0;            // SceneObject::mover
+
+/// GuideRow::flags.
+enum GuideFlag : uint32_t {
+  kGuideOneWay = 1u << 0,  // it holds like a contact: n·(tool point − object point) ≥ 0
 };
 
 /// Silence after which nobody leads a simulated hand any more [ns]: twelve commands at 60 Hz, so
@@ -137,17 +150,23 @@ inline constexpr uint32_t kServoClosed =
 #define RECORD(record, writer, doc) struct record {
 #define FIELD(type, field, ...) type field;
 #define ARRAY(type, count, field, ...) std::array<type, count> field;
+#define PART(type, most, field, ...) Packed<type, most> field;
 #define END(record) \
   }                 \
   ;                 \
   static_assert(kIsWire<record>);
 #include "proto/wire/records.def"
 
-static_assert(std::tuple_size_v<decltype(ServoFrame::object_impulse_W)> == kMaxObjects);
-static_assert(std::tuple_size_v<decltype(ContactSet::X_WO)> == kMaxObjects);
-static_assert(std::tuple_size_v<decltype(ContactSet::contacts)> == kMaxContacts);
-static_assert(std::tuple_size_v<decltype(SceneFrame::joints)> == kMaxJoints);
-static_assert(std::tuple_size_v<decltype(ObjectResponse::seen)> == kMostHands);
+static_assert(decltype(SceneFrame::objects)::capacity() == kMaxObjects);
+static_assert(decltype(SceneFrame::joints)::capacity() == kMaxJoints);
+static_assert(decltype(SceneFrame::responses)::capacity() == kMaxBodies);
+static_assert(decltype(SceneFrame::seen)::capacity() == kMaxBodies * kMostHands);
+static_assert(decltype(ServoFrame::pushes)::capacity() == kMaxBodies);
+static_assert(decltype(ContactSet::objects)::capacity() == kMaxObjects);
+static_assert(decltype(ContactSet::contacts)::capacity() == kMaxContacts);
+static_assert(decltype(ContactSet::guides)::capacity() == kMaxGuideRows);
+static_assert(decltype(ContactSet::compliance)::capacity() ==
+              9 * kMaxLocalContacts * kMaxLocalContacts);
 static_assert(kIsWire<Pose> && kIsWire<Twist> && kIsWire<Wrench> && kIsWire<DeviceRelease>);
 
 }  // namespace haptic

@@ -13,8 +13,8 @@ namespace {
 constexpr double kMostTicks = 20;         // that an answer's look-ahead is shared among
 constexpr double kLeastStiffness = 1e-6;  // that a metric can be made of [N/m], [N·m/rad]
 
-Pose carrier_pose(uint32_t carrier, const std::array<Pose, kMaxObjects>& X_WO) {
-  return carrier < kMaxObjects ? X_WO[carrier] : Pose{};
+Pose carrier_pose(uint32_t carrier, std::span<const Pose> X_WO) {
+  return carrier < X_WO.size() ? X_WO[carrier] : Pose{};
 }
 
 Wrench rotated(const Quat& q, const Wrench& F) {
@@ -32,7 +32,7 @@ BodyTick body_tick(const ServoModel& model, const RenderQuestion& question) {
 uint32_t carrier_of(const BodySolution& solution) {
   double hardest = 0;
   uint32_t carrier = kNoObject;
-  for (uint32_t i = 0; i < kMaxObjects; ++i) {
+  for (uint32_t i = 0; i < solution.push_W.size(); ++i) {
     const double push = norm(solution.push_W[i].f);
     if (push > hardest) hardest = push, carrier = i;
   }
@@ -52,9 +52,9 @@ void limit_step(const ServoModel& model, const RenderQuestion& question, BodySol
   const Wrench F_W = limit_felt_step(felt,
                                      {solution.F_hand_W, question.X_WT, carrier_of(solution),
                                       k.translational_stiffness, k.rotational_stiffness, model.dt},
-                                     question.scene.X_WO);
+                                     {question.scene.X_WO.data(), question.scene.X_WO.size()});
   const Wrench added_W = F_W + -solution.F_hand_W;
-  if (giver < kMaxObjects) solution.push_W[giver] = solution.push_W[giver] + added_W;
+  if (giver < solution.push_W.size()) solution.push_W[giver] = solution.push_W[giver] + added_W;
   solution.F_hand_W = F_W;
 }
 
@@ -88,8 +88,7 @@ double hand_travel(const ToolBody& tool, const RenderQuestion& question) {
 
 }  // namespace
 
-Wrench limit_felt_step(FeltStep& state, const WantedForce& step,
-                       const std::array<Pose, kMaxObjects>& X_WO) {
+Wrench limit_felt_step(FeltStep& state, const WantedForce& step, std::span<const Pose> X_WO) {
   HAPTIC_ASSERT(step.dt > 0);
   const double k_T = std::max(step.translational, kLeastStiffness);
   const double k_R = std::max(step.rotational, kLeastStiffness);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
+#include <span>
 
 #include "servo/render/render.h"
 #include "servo/solve/body/god_object6.h"
@@ -42,8 +42,7 @@ struct WantedForce {
 /// coupling's metric. A longer step is shortened in its direction, so the result is a mean of two
 /// forces: of two in one friction cone it lies in that cone. The spring of a coupling to a free
 /// space at rest that is convex never reaches the limit, at any speed of the hand.
-Wrench limit_felt_step(FeltStep& state, const WantedForce& step,
-                       const std::array<Pose, kMaxObjects>& X_WO);
+Wrench limit_felt_step(FeltStep& state, const WantedForce& step, std::span<const Pose> X_WO);
 
 /// The tool that contact has baked, else the session's.
 const ToolBody& tool_in_force(const ServoModel& model, const ContactSet& contacts);

@@ -50,8 +50,8 @@ GraspState begun(uint32_t object, const RenderQuestion& question) {
   GraspState state;
   state.object = object;
   state.X_WT = question.X_WT;
-  if (object < kMaxObjects) {
-    state.X_OP = inverse(question.contacts.X_WO[object]) * place_of(question.contacts);
+  if (object < question.contacts.objects.size()) {
+    state.X_OP = inverse(question.contacts.objects[object].X_WO) * place_of(question.contacts);
   }
   return state;
 }
@@ -154,14 +154,14 @@ Hold hold_of(const ServoModel& model, GraspState& state, const RenderQuestion& q
   Hold hold;
   const GuideRows guides = body.is_wanted ? guide_rows(question.contacts) : GuideRows{};
   if (guides.object != state.object) state = begun(guides.object, question);
-  if (guides.object >= kMaxObjects) return hold;
+  if (guides.object >= question.scene.X_WO.size()) return hold;
   state.strength = std::min(state.strength + model.dt / kGraspTime, 1.0);
 
   const TickScene& scene = question.scene;
   const Pose& X_WO = scene.X_WO[guides.object];
   if (!is_finite(X_WO) || !is_finite(question.X_WT) || !is_finite(state.X_OP)) return hold;
   hold.object = guides.object;
-  hold.n_rows = static_cast<int>(guides.size);
+  hold.n_rows = static_cast<int>(guides.rows.size());
   hold.share = state.strength * scene.weight;
   hold.X_WP =
       nearest_on_guides(guides, X_WO, question.X_WT, X_WO * state.X_OP, metric_of(model, question));

@@ -58,13 +58,15 @@ bool soften_towards_light(const ServoModel& model, const RenderQuestion& questio
   Wrench pushed_W, softened_W;
   double size = 0, left = 0;
   bool is_any = false;
-  for (uint32_t i = 0; i < kMaxObjects; ++i) {
+  const size_t n = std::min(rendered.push_W.size(), scene->objects.size());
+  for (uint32_t i = 0; i < n; ++i) {
     double& share = light.share[i];
     const Wrench& push_W = rendered.push_W[i];
     if (push_W == Wrench{}) share = std::min(share + model.dt / kForget, 1.0);
-    if (i >= scene->n_responses || push_W == Wrench{} || !is_finite(push_W)) continue;
+    const ObjectResponse* response = response_of(*scene, i);
+    if (response == nullptr || push_W == Wrench{} || !is_finite(push_W)) continue;
     const Vec3 arm_W = rendered.X_WP.p - question.scene.X_WO[i].p;
-    const double moves = T * T * mobility_along(scene->responses[i], shift(push_W, arm_W));
+    const double moves = T * T * mobility_along(*response, shift(push_W, arm_W));
     const double gives = kMostStiff * compliance_along(spring, push_W);
     if (moves > gives) share = std::min(share, gives / moves);
     pushed_W = pushed_W + push_W;

@@ -1,26 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/render/point_solver.h"
 
-#include "proto/math/assert.h"
 #include "servo/solve/point/direct.h"
 
 namespace haptic {
 namespace {
 
-/// The parts of the tool's force by the objects that carry it.
-std::array<Wrench, kMaxObjects> parts_of(const PointProxySolution& solution, const Vec3& force_W) {
-  std::array<Wrench, kMaxObjects> parts_W{};
+/// Adds the parts of the tool's force by the objects that carry it.
+void add_parts(const PointProxySolution& solution, const Vec3& force_W,
+               PerObject<Wrench>& parts_W) {
   Vec3 sum_W{};
   for (const ProxyPush& push : solution.active()) sum_W += push.push_W;
   const double length2 = norm_squared(sum_W);
-  if (length2 == 0) return parts_W;
+  if (length2 == 0) return;
   // the coupling force is parallel to the sum of the pushes: each plane carries its part
   const double gain = dot(force_W, sum_W) / length2;
   for (const ProxyPush& push : solution.active()) {
-    HAPTIC_ASSERT(push.object < kMaxObjects);
     parts_W[push.object].f += gain * push.push_W;
   }
-  return parts_W;
 }
 
 /// Velocity of what carries the proxy, in W.
@@ -38,7 +35,7 @@ ProxyQuestion point_question(const RenderQuestion& question) {
 
 Rendered rendered_point(const RenderQuestion& question, const PointProxySolution& proxy) {
   // the spring is here: this tick's tool pose, no queue in between
-  Rendered out;
+  Rendered out(question.scene);
   out.surface_W = surface_of(proxy, question.scene);
   out.X_WP = {proxy.proxy_W, question.X_WT.q};
   out.F_W.f = coupling_force(question.coupling, {question.X_WT.p, proxy.proxy_W, question.V_WT.v,
@@ -47,7 +44,7 @@ Rendered rendered_point(const RenderQuestion& question, const PointProxySolution
   out.n_pushing = proxy.n_active;
   out.finite = proxy.finite;
   out.converged = proxy.converged;
-  out.push_W = parts_of(proxy, out.F_W.f);
+  add_parts(proxy, out.F_W.f, out.push_W);
   return out;
 }
 

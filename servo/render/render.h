@@ -54,6 +54,9 @@ struct RenderQuestion {
 ///                   ContactSolvers& solvers)
 /// which allocates nothing and never throws.
 struct Rendered {
+  Rendered() = default;
+  explicit Rendered(const TickScene& scene) : push_W(scene.X_WO.size()) {}
+
   Pose X_WP;                  // the proxy
   std::optional<Twist> V_WP;  // where its solver knows it
   Wrench F_W;                 // of the coupling on the tool, at its origin
@@ -63,7 +66,7 @@ struct Rendered {
   int n_pushing = 0;          // contacts
   bool finite = true;         // the contacts were
   bool converged = true;
-  std::array<Wrench, kMaxObjects> push_W{};  // of each object on the proxy, at its origin
+  PerObject<Wrench> push_W;  // of each object on the proxy, at its origin
 };
 
 }  // namespace haptic

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "proto/math/assert.h"
-#include "proto/wire/guide.h"
 
 namespace haptic {
 namespace {
@@ -27,7 +26,6 @@ CarriedContact carried(const Contact& c, const TickScene& scene) {
   contact.stiffness = c.stiffness;
   contact.weight = scene.weight;
   contact.object = c.object;
-  contact.material = c.material;
   return contact;
 }
 
@@ -42,9 +40,9 @@ bool is_sound(const CarriedContact& c) {
 CarriedContacts carry_contacts(const ContactSet& set, const TickScene& scene) {
   HAPTIC_ASSERT(scene.weight >= 0 && scene.weight <= 1);
   CarriedContacts out;
-  const size_t n = n_one_sided(set);
+  const size_t n = set.contacts.size();
   for (size_t i = 0; i < n && out.finite; ++i) {
-    out.finite = set.contacts[i].object < kMaxObjects;
+    out.finite = set.contacts[i].object < scene.X_WO.size();
     if (!out.finite) break;
     out.contacts[i] = carried(set.contacts[i], scene);
     out.finite = is_sound(out.contacts[i]);

@@ -4,6 +4,7 @@
 #include <array>
 #include <span>
 
+#include "proto/wire/per_object.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
@@ -19,7 +20,7 @@ struct CarriedContact {
   double curvature = 0;  // by which the surface falls away from the plane; 0: flat [1/m]
   double stiffness = 0;  // 0: the session's [N/m]
   double weight = 1;     // share that is felt of its depth, by age and extent
-  uint32_t object = 0, material = 0;
+  uint32_t object = 0;
 };
 
 /// Contacts at this tick, of one kind.
@@ -36,21 +37,20 @@ using CarriedContacts = ContactsNow<CarriedContact>;
 
 /// The objects at this tick, and how much of the contacts is felt.
 struct TickScene {
-  std::array<Pose, kMaxObjects> X_WO;
-  std::array<Twist, kMaxObjects> V_WO;
+  PerObject<Pose> X_WO;
+  PerObject<Twist> V_WO;
   double weight = 1;            // of the contacts, by their age
   uint32_t held = kMaxObjects;  // by the tool (guide rows); kMaxObjects: none
   double held_share = 1;        // of its weight that is left to its soft contacts
 
   /// The pose of an object; that of the world where there is none of that number.
-  Pose pose_of(uint32_t object) const { return object < kMaxObjects ? X_WO[object] : Pose{}; }
+  Pose pose_of(uint32_t object) const { return object < X_WO.size() ? X_WO[object] : Pose{}; }
   double soft_weight(uint32_t object) const {
     return object == held ? weight * held_share : weight;
   }
 };
 
-/// Moves each contact of a set along with its object, whatever its weight, but for the guide rows
-/// (proto/wire/guide.h).
+/// Moves each contact of a set along with its object, whatever its weight.
 CarriedContacts carry_contacts(const ContactSet& set, const TickScene& scene);
 
 /// How far a surface has fallen away from its tangent plane, and how steeply, at a distance along

@@ -84,12 +84,14 @@ struct BodyTick : TickScene {
 
 /// Result of one tick of a 6-DoF solver.
 struct BodySolution {
+  explicit BodySolution(const BodyTick& tick) : proxy(tick.hand), push_W(tick.X_WO.size()) {}
+
   ToolMotion proxy;
-  Wrench F_hand_W;                           // felt by the hand, at the tool's origin
-  int n_pushing = 0;                         // contacts that push the proxy
-  std::array<Wrench, kMaxObjects> push_W{};  // of each object on the proxy, at the tool's origin
-  Vec3 held_back_W;                          // offset of the tool's origin that friction holds
-  bool finite = true;                        // false: contacts not finite, nothing is rendered
+  Wrench F_hand_W;           // felt by the hand, at the tool's origin
+  int n_pushing = 0;         // contacts that push the proxy
+  PerObject<Wrench> push_W;  // of each object on the proxy, at the tool's origin
+  Vec3 held_back_W;          // offset of the tool's origin that friction holds
+  bool finite = true;        // false: contacts not finite, nothing is rendered
   bool converged = true;
 };
 

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <span>
+
 #include "proto/math/motion_metric.h"
 #include "proto/wire/guide.h"
 #include "servo/solve/carried_contacts.h"
 
 namespace haptic {
 
-/// The guide rows of a set (proto/wire/guide.h), which all belong to one object.
+/// The guide rows of a set (proto/wire/guide.h), which all belong to one object. A view of the set.
 struct GuideRows {
-  std::array<Contact, kMaxGuides> rows;
-  size_t size = 0;
+  std::span<const GuideRow> rows;
   uint32_t object = kMaxObjects;  // kMaxObjects: there are none
 };
 

@@ -12,8 +12,7 @@ struct Materials {
   std::array<MaterialConfig, kMaxObjects> of_object{};
   std::array<HeightImage, kMaxImages> images{};  // of their textures
 
-  /// That of a contact, by Contact::material.
-  const MaterialConfig& of(uint32_t material) const { return of_object[material % kMaxObjects]; }
+  const MaterialConfig& of(uint32_t object) const { return of_object[object % kMaxObjects]; }
 };
 
 }  // namespace haptic

@@ -82,10 +82,19 @@ std::vector<Record> records_of(const std::string& file, size_t begin, size_t end
   return records;
 }
 
-/// A record of a topic: a moving hand or noise; some with an implausible number.
-std::string payload(size_t topic, size_t size, uint64_t tick, FuzzRandom& random) {
-  std::string bytes(size, '\0');
-  if (topic == 0) {
+/// A message of a topic: a moving hand or noise, with lists of any length; some with an implausible
+/// number.
+std::string payload(const TopicInfo& topic, uint64_t tick, FuzzRandom& random) {
+  std::vector<std::byte> record(topic.size), message;
+  const size_t fields = topic.parts.empty() ? topic.size : topic.parts[0].offset;
+  const bool is_hand = topic.name == servo_topic(kFirstHand).name;
+  const bool is_noise = !is_hand && random.below(2) == 0;
+  const auto make_noise = [&](size_t begin, size_t length) {
+    for (size_t i = begin; is_noise && i < begin + length; ++i) {
+      if (random.below(4) == 0) record[i] = static_cast<std::byte>(random.bits());
+    }
+  };
+  if (is_hand) {
     ServoFrame frame{};
     frame.device.t_ns = static_cast<int64_t>(tick);
     frame.device.flags = kDeviceFresh;
@@ -93,24 +102,28 @@ std::string payload(size_t topic, size_t size, uint64_t tick, FuzzRandom& random
     double* const numbers[] = {&frame.device.X_BH.p.x, &frame.device.X_BH.q.w,
                                &frame.device.V_BH.v.y, &frame.device.V_BH.w.z, &frame.device.grip};
     if (random.below(8) == 0) *numbers[random.below(5)] = random.pick(odd);
-    std::memcpy(bytes.data(), &frame, sizeof frame);
-  } else if (random.below(2) == 0) {
-    for (char& c : bytes) c = random.below(4) == 0 ? static_cast<char>(random.bits()) : c;
+    std::memcpy(record.data(), &frame, fields);
   }
-  return std::string("\0\1\0\0", 4) + bytes;
+  make_noise(0, fields);
+  for (const RecordPart& part : topic.parts) {
+    const auto n = static_cast<uint32_t>(random.below(random.below(8) == 0 ? part.most + 1 : 3));
+    std::memcpy(&record[part.offset], &n, sizeof n);
+    make_noise(part.offset + kPartHeader, n * part.element);
+  }
+  pack_message(record, topic.parts, message);
+  return std::string("\0\1\0\0", 4)
+      .append(reinterpret_cast<const char*>(message.data()), message.size());
 }
 
 /// An uncompressed chunk of messages like those of the program.
 std::string plain_chunk(const test::Damage& damage, FuzzRandom& random) {
   McapBytes inside;
-  const std::vector<size_t> sizes{sizeof(ServoFrame), sizeof(ContactSet), sizeof(SceneFrame),
-                                  sizeof(ControlFrame), sizeof(Event)};
   const uint64_t begin = random.below(1'000'000'000);
   for (uint64_t i = 0, n = random.below(6); i < n; ++i) {
-    const size_t topic = random.below(sizes.size());
+    const size_t topic = random.below(kTopics.size());
     McapBytes content;
     content.number(static_cast<uint16_t>(topic + 1)).number(uint32_t{0}).number(i).number(i);
-    const std::string bytes = payload(topic, sizes[topic], begin + i, random);
+    const std::string bytes = payload(kTopics[topic], begin + i, random);
     inside.record(kMessage,
                   content.raw(random.below(8) != 0 ? bytes : damage.apply(bytes, random)));
   }
@@ -137,7 +150,9 @@ void change_definition(std::string& text, FuzzRandom& random) {
                                                "float64[3]",
                                                "float64[16384]",
                                                "float64[]",
+                                               "float64[<=16384]",
                                                "haptic_msgs/Contact[64]",
+                                               "haptic_msgs/Contact[<=64]",
                                                "geometry_msgs/Pose[1000]",
                                                "MSG:",
                                                "haptic_msgs/ContactSet"};

@@ -17,8 +17,7 @@ struct HoldDetector {
       return;
     }
     const auto& [facet, at, depth] = surfaces[0];
-    set.contacts[0] = contact_at(question.now, facet, at, 1);
-    set.n_contacts = 1;
+    set.contacts.push_back(contact_at(question.now, facet, at, 1));
     set.n_active = depth > 0;
   }
 };

@@ -12,7 +12,7 @@ struct HoldSolver {
   double deepest = 0;  // [m]
 
   Rendered render(const ServoModel&, const RenderQuestion& question, ContactSolvers&) {
-    Rendered out;
+    Rendered out(question.scene);
     out.X_WP = question.X_WT;
     const CarriedContacts carried = carry_contacts(question.contacts, question.scene);
     out.finite = carried.finite;

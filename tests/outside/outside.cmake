@@ -95,3 +95,22 @@ endforeach()
 add_lines(${compiled_lines})
 run(c++ -std=c++20 -fsyntax-only -I. -Iclients/library -Ibuild/dev/generated -I/usr/include/eigen3
   ${compiled_files})
+
+# a field of a record: one line, and the next number of the layout
+file(READ ${tree}/proto/wire/wire.h text)
+string(REGEX MATCH "kAbiMajor = ([0-9]+);" all "${text}")
+set(layout ${CMAKE_MATCH_1})
+math(EXPR next "${layout} + 1")
+string(REPLACE "${all}" "kAbiMajor = ${next};" text "${text}")
+file(WRITE ${tree}/proto/wire/wire.h "${text}")
+set(records ${tree}/proto/wire/records.def)
+file(READ ${records} text)
+string(REPLACE "END(ControlFrame)" "FIELD(double, from_outside, \"[m] it came here\", \"log\", \
+SINCE(${next}, 7, \"nothing was\"))\nEND(ControlFrame)" text "${text}")
+file(WRITE ${records} "${text}")
+file(COPY_FILE ${here}/record.cpp ${tree}/record.cpp)
+run(c++ -std=c++20 -I. -Ibuild/dev/generated record.cpp proto/wire/schema.cpp proto/log/csv.cpp
+  proto/log/layout.cpp proto/log/mcap.cpp proto/log/trace.cpp proto/os/message.cpp
+  proto/os/regular_file.cpp -lzstd -lz -o record)
+run(./record ${ROOT}/tests/proto/log/golden/layout_${layout}.mcap)
+message(STATUS "record: ${said}")

@@ -8,6 +8,7 @@
 
 #include "clients/library/recorder.h"
 #include "proto/log/trace.h"
+#include "proto/wire/packing.h"
 #include "proto/wire/scene_pose.h"
 #include "tests/process/hapt_command.h"
 #include "tests/process/watcher.h"
@@ -116,7 +117,7 @@ mass = "20 kg"
 /// Everything that servo and sim have published.
 struct Published {
   std::vector<ServoFrame> servo;
-  std::vector<SceneFrame> scenes;
+  PackedRecords<SceneFrame> scenes;
 
   void drain(Watcher& watcher) {
     for (ServoFrame frame; watcher.servo.next(frame);) servo.push_back(frame);
@@ -124,13 +125,17 @@ struct Published {
   }
   bool is_mid_push() const {
     if (servo.empty() || scenes.empty()) return false;
-    return norm(servo.back().F_coupling_W.f) > 1 && norm(scenes.back().V_WO[0].v) > 1e-3;
+    return norm(servo.back().F_coupling_W.f) > 1 && norm(scenes.back().objects[0].V_WO.v) > 1e-3;
   }
-  /// The first scene of the next sim; end: it has published none yet.
-  auto next_sim(int64_t killed_ns) const {
-    return std::find_if(scenes.begin() + 1, scenes.end(), [=](const SceneFrame& scene) {
-      return scene.t_ns > killed_ns && scene.t_ns - (&scene)[-1].t_ns > 5'000'000;
-    });
+  /// Place of the first scene of the next sim; scenes.size(): it has published none yet.
+  size_t next_sim(int64_t killed_ns) const {
+    const auto is_first = [&](size_t i) {
+      const int64_t t_ns = scenes[i].t_ns;
+      return t_ns > killed_ns && t_ns - scenes[i - 1].t_ns > 5'000'000;
+    };
+    size_t i = 1;
+    while (i < scenes.size() && !is_first(i)) ++i;
+    return i;
   }
 };
 
@@ -193,23 +198,24 @@ TEST_CASE("pushed: sim is killed in mid-push, and the body is whole where it was
   // the frame that the next sim has used may be read a moment later
   REQUIRE(eventually([&] {
     seen.drain(watcher);
-    const auto back = seen.next_sim(killed_ns);
-    return back != seen.scenes.end() && now_ns() - back->t_ns > kNsPerSecond / 10;
+    const size_t back = seen.next_sim(killed_ns);
+    return back < seen.scenes.size() && now_ns() - seen.scenes[back].t_ns > kNsPerSecond / 10;
   }));
   INFO(hapticd.log());
-  const auto next = seen.next_sim(killed_ns);
-  const SceneFrame& last = next[-1];
-  CAPTURE(next->t_ns - last.t_ns);
-  CHECK(next->seq == last.seq + 1);
+  const size_t back = seen.next_sim(killed_ns);
+  const SceneFrame next = seen.scenes[back], last = seen.scenes[back - 1];
+  CAPTURE(next.t_ns - last.t_ns);
+  CHECK(next.seq == last.seq + 1);
   // whoever read the last frame has seen the body there
+  const int64_t used_ns = seen_of(next, 0, kFirstHand)->t_ns;
   const auto used = std::find_if(seen.servo.begin(), seen.servo.end(),
-                                 [&](const ServoFrame& f) { return f.t_ns == next->seen_t_ns[0]; });
+                                 [&](const ServoFrame& f) { return f.t_ns == used_ns; });
   REQUIRE(used != seen.servo.end());
-  const Pose expected = object_pose_at(last, 0, next->t_ns, push_of(*used));
-  CHECK_THAT(next->X_WO[0].p, IsNear(expected.p, 1e-9));
-  CHECK(norm(next->X_WO[0].p - last.X_WO[0].p) > 1e-6);
+  const Pose expected = object_pose_at(last, 0, next.t_ns, push_of(*used));
+  CHECK_THAT(next.objects[0].X_WO.p, IsNear(expected.p, 1e-9));
+  CHECK(norm(next.objects[0].X_WO.p - last.objects[0].X_WO.p) > 1e-6);
   // what was pushed while none moved it is counted, and nothing is given at once
-  CHECK_THAT(next->V_WO[0].v, IsNear(last.V_WO[0].v, 1e-9));
+  CHECK_THAT(next.objects[0].V_WO.v, IsNear(last.objects[0].V_WO.v, 1e-9));
 }
 
 }  // namespace haptic

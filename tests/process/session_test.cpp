@@ -47,7 +47,7 @@ TEST_CASE("session: all rings flow, what is killed comes back alone, and SIGTERM
   RunningSession session(kPlane, "flow");
   auto& [folder, hapticd, watcher] = session;
   CHECK(watcher.control_frame.revision == 1);
-  CHECK(watcher.scene.n_objects == 1);
+  CHECK(watcher.scene.objects.size() == 1);
   // the loop is closed: contact answers servo frames, the servo uses the answers and the scene
   CHECK(eventually([&] {
     watcher.servo.latest(watcher.servo_frame);

@@ -21,7 +21,9 @@ namespace {
 /// For a point without friction, objects at the origin.
 PointProxySolution point_proxy(const ContactSet& set, const Vec3& tool_W) {
   haptic::PlanesInForce planes;
-  const haptic::TickScene at_origin;
+  haptic::TickScene at_origin;
+  at_origin.X_WO.resize(set.objects.size());
+  at_origin.V_WO.resize(set.objects.size());
   return haptic::solve_point_proxy({set, at_origin, tool_W, 0, {}}, planes);
 }
 
@@ -102,9 +104,9 @@ TEST_CASE("servo: contacts of a renderer that does not exist are not rendered", 
 TEST_CASE("servo: contacts move with their object", "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {})});
   SceneFrame scene = still_scene(1);
-  scene.t_ns = 100 * kMs;
-  scene.X_WO[0].p = {0, 0, 0.01};
-  scene.V_WO[0].v = {0, 0, 1};
+  set_time(scene, 100 * kMs);
+  scene.objects[0].X_WO.p = {0, 0, 0.01};
+  scene.objects[0].V_WO.v = {0, 0, 1};
   ServoState state;
   // 5 ms after the scene frame the surface is 5 mm higher
   ServoInput input = input_at(105, {0, 0, 0.014}, set.get());
@@ -112,15 +114,14 @@ TEST_CASE("servo: contacts move with their object", "[servo]") {
   set->answers_t_ns = 104 * kMs;
   const ServoFrame f = step_armed(plain_model(1000), state, input);
   CHECK(f.F_device_B.f.z == Approx(1.0));
-  CHECK(f.object_impulse_W[0].f.z == Approx(-1.0 * 1e-3));
+  CHECK(f.pushes[0].impulse_W.f.z == Approx(-1.0 * 1e-3));
 }
 
 TEST_CASE("servo: a dead sim freezes the scene after 20 ms", "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {})});
   SceneFrame scene{};
-  scene.n_objects = 1;
-  scene.t_ns = 100 * kMs;
-  scene.V_WO[0].v = {0, 0, 0.1};
+  scene.objects.push_back(scene_object({}, {{0, 0, 0.1}, {}}));
+  set_time(scene, 100 * kMs);
   ServoState state;
   ServoInput input = input_at(1100, {0, 0, 0}, set.get());
   input.scene = &scene;
@@ -167,14 +168,14 @@ TEST_CASE(
   const ServoModel model = plain_model(1000);
   ServoInput input = input_at(2, {0, 0, -1e-3}, set.get());
   SceneFrame scene{};
-  scene.n_objects = 1;
-  scene.t_ns = 2 * kMs;
+  scene.objects.push_back(scene_object());
+  set_time(scene, 2 * kMs);
   SECTION("object position") {
-    scene.X_WO[0].p.z = std::numeric_limits<double>::quiet_NaN();
+    scene.objects[0].X_WO.p.z = std::numeric_limits<double>::quiet_NaN();
     input.scene = &scene;
   }
   SECTION("object velocity") {
-    scene.V_WO[0].v.z = std::numeric_limits<double>::infinity();
+    scene.objects[0].V_WO.v.z = std::numeric_limits<double>::infinity();
     input.scene = &scene;
     input.t_ns += kMs;
   }
@@ -232,7 +233,7 @@ TEST_CASE("servo: nothing is pushed while nothing is felt", "[servo]") {
   const SceneFrame scene = still_scene(1);
   input.scene = &scene;
   input.control = &control;
-  const double before = step_armed(model, state, input).object_impulse_W[0].f.z;
+  const double before = step_armed(model, state, input).pushes[0].impulse_W.f.z;
   CHECK(before == Approx(-1e-3));
   SECTION("paused") {
     control.paused = 1;
@@ -251,7 +252,7 @@ TEST_CASE("servo: nothing is pushed while nothing is felt", "[servo]") {
         GENERATE(values({kDeviceHeld | kDeviceHomed | kDeviceLost, kDeviceHeld + 0u}));
   }
   input.tick = 2, input.t_ns = 2 * kMs;
-  CHECK(step_armed(model, state, input).object_impulse_W[0].f.z == before);
+  CHECK(step_armed(model, state, input).pushes[0].impulse_W.f.z == before);
 }
 
 TEST_CASE("servo: a force that is no number pushes nothing", "[servo]") {
@@ -262,7 +263,7 @@ TEST_CASE("servo: a force that is no number pushes nothing", "[servo]") {
   input.scene = &scene;
   const ServoFrame f = step_armed(plain_model(1000), state, input);
   CHECK((f.flags & haptic::kServoFault) != 0);
-  CHECK(f.object_impulse_W[0] == haptic::Wrench{});
+  CHECK(f.pushes[0].impulse_W == haptic::Wrench{});
 }
 
 TEST_CASE("servo: the ticks that it misses push as the last one did, until the device is released",
@@ -271,8 +272,9 @@ TEST_CASE("servo: the ticks that it misses push as the last one did, until the d
   const double dt = 1e-3;
   haptic::PushCounters pushes;
   pushes.since_ns = pushes.t_ns = 1'000'000;
-  pushes.impulse_W[0].f = {0, 0, 5e-3};
-  pushes.impulse_time_W[0].f = {0, 0, 2e-3};
+  pushes.n = 1;
+  pushes.objects[0].impulse_W.f = {0, 0, 5e-3};
+  pushes.objects[0].impulse_time_W.f = {0, 0, 2e-3};
   pushes.last_W[0].f = {0, 0, 1e-3};
   // tick by tick
   double J = 5e-3, S = 2e-3;
@@ -282,49 +284,55 @@ TEST_CASE("servo: the ticks that it misses push as the last one did, until the d
   }
   haptic::continue_pushes(pushes, (missed + 2) * kMs, true, dt);
   CAPTURE(missed);
-  CHECK(pushes.impulse_W[0].f.z == Approx(J));
-  CHECK(pushes.impulse_time_W[0].f.z == Approx(S));
+  CHECK(pushes.objects[0].impulse_W.f.z == Approx(J));
+  CHECK(pushes.objects[0].impulse_time_W.f.z == Approx(S));
   // a body on an arm that holds a place is not pushed meanwhile
   haptic::PushCounters held;
   held.since_ns = held.t_ns = 1'000'000;
-  held.impulse_W[0].f = held.last_W[0].f = {0, 0, 1e-3};
+  held.n = 1;
+  held.objects[0].impulse_W.f = held.last_W[0].f = {0, 0, 1e-3};
   haptic::continue_pushes(held, (missed + 2) * kMs, false, dt);
-  CHECK(held.impulse_W[0].f.z == 1e-3);
+  CHECK(held.objects[0].impulse_W.f.z == 1e-3);
 }
 
 TEST_CASE("servo: impulses of two objects share the force by their planes", "[servo]") {
   auto set = set_of({plane({1, 0, 0}, {}), plane({0, 1, 0}, {})});
   set->contacts[1].object = 1;
-  set->n_objects = 2;
+  set->objects.resize(2);
   ServoState state;
   const SceneFrame scene = still_scene(2);
   ServoInput input = input_at(1, {-1e-3, -2e-3, 0}, set.get());
   input.scene = &scene;
   const ServoFrame f = step_armed(plain_model(1000), state, input);
-  CHECK(f.n_pushable == 2);
-  CHECK_THAT(f.object_impulse_W[0].f, IsNear({-1e-3, 0, 0}, 1e-15));
-  CHECK_THAT(f.object_impulse_W[1].f, IsNear({0, -2e-3, 0}, 1e-15));
+  REQUIRE(f.pushes.size() == 2);
+  CHECK_THAT(f.pushes[0].impulse_W.f, IsNear({-1e-3, 0, 0}, 1e-15));
+  CHECK_THAT(f.pushes[1].impulse_W.f, IsNear({0, -2e-3, 0}, 1e-15));
 }
 
 TEST_CASE("servo: what no push can move is counted nowhere, whatever the scene claims", "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {})});
   set->contacts[0].object = 1;
-  set->n_objects = 2;
-  const uint32_t n_responses = GENERATE(0u, 1u, 2u, ~0u);
-  const SceneFrame scene = still_scene(n_responses);
+  set->objects.resize(2);
+  const auto [n_objects, response] = GENERATE(table<uint32_t, uint32_t>(
+      {{0, 0}, {1, 0}, {2, 0}, {2, 1}, {2, 2}, {2, kMaxBodies}, {2, kNoResponse}}));
+  SceneFrame scene = still_scene(n_objects);
+  if (n_objects > 1) scene.objects[1].response = response;
   ServoState state;
   ServoInput input = input_at(1, {0, 0, -1e-3}, set.get());
   // before a scene has come nothing is known to move
   step_armed(plain_model(1000), state, input);
-  CHECK(state.pushes.impulse_W[1] == haptic::Wrench{});
+  CHECK(state.pushes.n == 0);
+  CHECK(state.pushes.objects[1].impulse_W == haptic::Wrench{});
   input.scene = &scene;
   input.tick = 2, input.t_ns = 2 * kMs;
   const ServoFrame f = step_armed(plain_model(1000), state, input);
-  CAPTURE(n_responses);
+  CAPTURE(n_objects, response);
   CHECK(f.F_device_B.f.z == Approx(1));
-  CHECK(f.n_pushable == std::min(n_responses, kMaxObjects));
-  const bool is_counted = n_responses > 1;
-  CHECK(f.object_impulse_W[1].f.z == (is_counted ? Approx(-1e-3) : Approx(0)));
+  REQUIRE(f.pushes.size() == n_objects);
+  for (uint32_t k = 0; k < n_objects; ++k) {
+    const bool is_counted = n_objects > 1 && k == response;
+    CHECK(f.pushes[k].impulse_W.f.z == (is_counted ? Approx(-1e-3) : Approx(0)));
+  }
   CHECK(f.forgotten_impulse_W == Vec3{});
 }
 
@@ -421,7 +429,8 @@ TEST_CASE("servo: 64 random contacts always give a finite bounded wrench", "[ser
   ServoState state;
   for (int64_t k = 1; k < 2000; ++k) {
     *set = {};
-    set->n_contacts = haptic::kMaxContacts;
+    set->contacts.resize(haptic::kMaxContacts);
+    set->objects.resize(1);
     set->answers_t_ns = (k - 1) * kMs;
     set->seq = static_cast<uint64_t>(k);
     for (Contact& c : set->contacts) {

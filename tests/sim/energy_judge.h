@@ -40,8 +40,8 @@ class EnergyJudge {
   double kinetic(const SceneFrame& frame) const {
     double sum = 0;
     for (const JudgedBody& body : bodies_) {
-      const Pose& X = frame.X_WO[body.object];
-      const Twist& V = frame.V_WO[body.object];
+      const Pose& X = frame.objects[body.object].X_WO;
+      const Twist& V = frame.objects[body.object].V_WO;
       const Vec3 v = V.v + cross(V.w, rotate(X.q, body.centre_O));
       const Vec3 w_O = rotate(conjugate(X.q), V.w);
       sum += 0.5 * body.mass * dot(v, v) + 0.5 * dot(w_O, body.inertia_O * w_O);
@@ -51,7 +51,7 @@ class EnergyJudge {
   double stored(const SceneFrame& frame) const {
     double sum = 0;
     for (const JudgedBody& body : bodies_) {
-      sum -= body.mass * dot(gravity_W_, frame.X_WO[body.object] * body.centre_O);
+      sum -= body.mass * dot(gravity_W_, frame.objects[body.object].X_WO * body.centre_O);
     }
     for (const auto& store : stores_) sum += store(frame);
     return sum;

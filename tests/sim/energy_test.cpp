@@ -49,7 +49,7 @@ class PoseCoordinate {
 
  private:
   static Pose pose(const SceneFrame& frame, uint32_t object) {
-    return object == kToWorld ? Pose{} : frame.X_WO[object];
+    return object == kToWorld ? Pose{} : frame.objects[object].X_WO;
   }
   Pose between(const SceneFrame& frame) const {
     return inverse(pose(frame, joint_.to)) * pose(frame, joint_.object);
@@ -190,7 +190,7 @@ Quat spun(const SpinningBrick& brick, double t) {
 /// A sim that goes on from its first frame with these twists.
 void begin_with_twists(BodySim& sim, const std::vector<Twist>& V_WO) {
   SceneFrame last = sim.frame;
-  std::ranges::copy(V_WO, last.V_WO.begin());
+  for (size_t i = 0; i < V_WO.size(); ++i) last.objects[i].V_WO = V_WO[i];
   sim.state = {};
   resume(sim.model, sim.state, last);
   sim.frame = sim_step(sim.model, sim.state, last.t_ns);
@@ -215,7 +215,8 @@ TEST_CASE("energy: what spins on a ball neither gains nor loses, and goes where 
   if (is_brick) {
     // of second order: some times (w dt)²/12 of the angle that it turns by, 25 rad
     const double w_dt = norm(spin) / rate;
-    const double off = norm(to_rotation_vector(sim.frame.X_WO[0].q * conjugate(spun(brick, 1))));
+    const double off =
+        norm(to_rotation_vector(sim.frame.objects[0].X_WO.q * conjugate(spun(brick, 1))));
     CAPTURE(off, first.excess);
     CHECK(off < 10 * w_dt * w_dt / 12 * 25);
   }
@@ -277,7 +278,7 @@ TEST_CASE("energy: a bead in a bowl of wire rolls on for ever", "[sim][energy]")
   // from a fifth of the way down, so that it stays away from the ends of the wire
   judge.begin(sim.frame);
   while (sim.frame.joints[0].position < 0.2 * kRadius * kPi) judge.add(sim.step());
-  begin_at(sim, sim.frame.X_WO[0], {}, sim.frame.joints[0].position);
+  begin_at(sim, sim.frame.objects[0].X_WO, {}, sim.frame.joints[0].position);
   sim.t_ns = sim.frame.t_ns;
   EnergyJudge swinging({judged_box(0, {0.1, 0.02, 0.02}, RodScene::kMass)}, scene.config.gravity_W,
                        rate);

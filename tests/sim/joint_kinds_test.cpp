@@ -28,11 +28,11 @@ TEST_CASE("joints: a ball lets a rod swing as a physical pendulum", "[sim][joint
   double loose = 0;
   for (int k = 0; k < 4 * half; ++k) {
     sim.step();
-    const Vec3 end = sim.frame.X_WO[0] * Vec3{-r, 0, 0};
+    const Vec3 end = sim.frame.objects[0].X_WO * Vec3{-r, 0, 0};
     loose = std::max(loose, norm(end));
   }
   // two periods later it is where it was
-  CHECK_THAT(sim.frame.X_WO[0].p, IsNear(scene.config.objects[0].X_WO.p, 0.1 * r * aside));
+  CHECK_THAT(sim.frame.objects[0].X_WO.p, IsNear(scene.config.objects[0].X_WO.p, 0.1 * r * aside));
   CAPTURE(loose);
   CHECK(loose < 20e-6);
 }
@@ -47,8 +47,8 @@ TEST_CASE("joints: a cylinder falls along its axis and turns about it", "[sim][j
   CHECK(sim.frame.joints[0].position == Approx(-0.5 * kGravity * 0.01).epsilon(0.02));
   CHECK(sim.frame.joints[0].velocity == Approx(-kGravity * 0.1).epsilon(1e-3));
   // about the axis, by the hand and by gravity across it
-  CHECK(sim.frame.V_WO[0].w.z != Approx(0).margin(0.01));
-  CHECK_THAT(rotate(sim.frame.X_WO[0].q, {0, 0, 1}), IsNear({0, 0, 1}, 1e-4));
+  CHECK(sim.frame.objects[0].V_WO.w.z != Approx(0).margin(0.01));
+  CHECK_THAT(rotate(sim.frame.objects[0].X_WO.q, {0, 0, 1}), IsNear({0, 0, 1}, 1e-4));
 }
 
 TEST_CASE("joints: two bodies fixed to each other are one", "[sim][joints]") {
@@ -60,9 +60,10 @@ TEST_CASE("joints: two bodies fixed to each other are one", "[sim][joints]") {
   PushingFrame hand(sim);
   const Vec3 force{0.3, 0.5, -0.2};
   for (int k = 0; k < 100; ++k) sim.step(hand.push({force, {}}));
-  const Vec3 momentum = RodScene::kMass * sim.frame.V_WO[0].v + 0.1 * sim.frame.V_WO[1].v;
+  const Vec3 momentum =
+      RodScene::kMass * sim.frame.objects[0].V_WO.v + 0.1 * sim.frame.objects[1].V_WO.v;
   CHECK_THAT(momentum, IsNear(0.1 * force, 1e-9));
-  const Pose between = inverse(sim.frame.X_WO[0]) * sim.frame.X_WO[1];
+  const Pose between = inverse(sim.frame.objects[0].X_WO) * sim.frame.objects[1].X_WO;
   CHECK_THAT(between.p, IsNear({0.06, 0, 0}, 50e-6));
   CHECK(norm(to_rotation_vector(between.q)) < 2e-3);
 }
@@ -83,7 +84,7 @@ TEST_CASE("joints: two free bodies on a spring oscillate about what they weigh t
     sim.step();
     error = std::max(
         error, std::fabs(sim.frame.joints[0].position - 0.01 * (1 - std::cos(w * kTick * k))));
-    REQUIRE_THAT(RodScene::kMass * sim.frame.V_WO[0].v + 0.1 * sim.frame.V_WO[1].v,
+    REQUIRE_THAT(RodScene::kMass * sim.frame.objects[0].V_WO.v + 0.1 * sim.frame.objects[1].V_WO.v,
                  IsNear({}, 1e-9));
   }
   CAPTURE(error);
@@ -105,15 +106,15 @@ TEST_CASE("joints: a bead on a curve has the speed of its height", "[sim][joints
   BodySim sim(scene);
   while (sim.frame.joints[0].position < 0.9 * kRadius * kPi / 2) {
     sim.step();
-    const Vec3 at = sim.frame.X_WO[0].p - start;
+    const Vec3 at = sim.frame.objects[0].X_WO.p - start;
     // the natural spline is flatter at its ends
     REQUIRE(std::hypot(at.x - kRadius, at.z) == Approx(kRadius).epsilon(3e-3));
     REQUIRE(sim.frame.joints[0].velocity ==
             Approx(std::sqrt(-2 * kGravity * at.z)).epsilon(0.01).margin(0.02));
-    REQUIRE(sim.frame.V_WO[0].w == Vec3{});
+    REQUIRE(sim.frame.objects[0].V_WO.w == Vec3{});
   }
   for (int k = 0; k < 100; ++k) sim.step();
-  CHECK_THAT(sim.frame.X_WO[0].p, IsNear(start + kRadius * Vec3{1, 0, -1}, 1e-6));
+  CHECK_THAT(sim.frame.objects[0].X_WO.p, IsNear(start + kRadius * Vec3{1, 0, -1}, 1e-6));
   CHECK(sim.frame.joints[0].velocity == Approx(0).margin(1e-9));
 }
 

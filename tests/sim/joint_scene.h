@@ -28,16 +28,17 @@ struct RodScene : BodyScene {
 /// A hand that pushes one object with a wrench that is constant from step to step.
 struct PushingFrame {
   ServoFrame frame{};
-  uint32_t object = 0;
+  uint32_t response;
 
-  explicit PushingFrame(BodySim& sim, uint32_t pushed = 0) : object(pushed) {
+  explicit PushingFrame(BodySim& sim, uint32_t pushed = 0)
+      : response(sim.frame.objects[pushed].response) {
+    frame.pushes.resize(sim.frame.responses.size());
     frame.t_ns = frame.impulses_since_ns = sim.t_ns;
     sim.begin_with(frame);
   }
   /// The counters after another millisecond of this wrench at the object's origin.
   const ServoFrame* push(const Wrench& F_W) {
-    Wrench& J = frame.object_impulse_W[object];
-    Wrench& S = frame.object_impulse_time_W[object];
+    auto& [J, S] = frame.pushes[response];
     S = S + kTick * J + 0.5 * kTick * kTick * F_W;
     J = J + kTick * F_W;
     frame.t_ns += 1'000'000;
@@ -48,8 +49,8 @@ struct PushingFrame {
 /// Sets a sim back to where a joint's object has this pose and twist; the joint reads `position`.
 inline void begin_at(BodySim& sim, const Pose& X_WO, const Twist& V_WO, double position) {
   SceneFrame last = sim.frame;
-  last.X_WO[0] = X_WO;
-  last.V_WO[0] = V_WO;
+  last.objects[0].X_WO = X_WO;
+  last.objects[0].V_WO = V_WO;
   last.joints[0].position = position;
   sim.state = {};
   resume(sim.model, sim.state, last);

@@ -61,8 +61,8 @@ TEST_CASE("joints: a hinge under a constant push is where the closed form puts i
   CHECK(error <= 0.01 * largest);
   // where the coordinate says, exactly
   const Pose X = turned_rod(sim.frame.joints[0].position);
-  CHECK_THAT(sim.frame.X_WO[0].p, IsNear(X.p, 1e-6));
-  CHECK(std::fabs(dot(sim.frame.X_WO[0].q, X.q)) == Approx(1).margin(1e-9));
+  CHECK_THAT(sim.frame.objects[0].X_WO.p, IsNear(X.p, 1e-6));
+  CHECK(std::fabs(dot(sim.frame.objects[0].X_WO.q, X.q)) == Approx(1).margin(1e-9));
 }
 
 TEST_CASE("joints: a slider under a constant push and its weight", "[sim][joints]") {
@@ -87,9 +87,10 @@ TEST_CASE("joints: a slider under a constant push and its weight", "[sim][joints
   }
   CAPTURE(error, largest);
   CHECK(error <= 0.01 * largest);
-  CHECK_THAT(sim.frame.X_WO[0].p, IsNear(scene.config.objects[0].X_WO.p +
-                                             sim.frame.joints[0].position * scene.joint.axis_W,
-                                         1e-9));
+  CHECK_THAT(
+      sim.frame.objects[0].X_WO.p,
+      IsNear(scene.config.objects[0].X_WO.p + sim.frame.joints[0].position * scene.joint.axis_W,
+             1e-9));
 }
 
 TEST_CASE("joints: the torque along a hinge is the table's", "[sim][joints]") {
@@ -161,10 +162,10 @@ TEST_CASE("joints: a hinge coasts at its speed, and stays on its axis", "[sim][j
     sim.step();
     REQUIRE(sim.frame.joints[0].velocity == Approx(kSpeed).epsilon(1e-9));
     REQUIRE(sim.frame.joints[0].position == Approx(start + kSpeed * kTick * k).epsilon(1e-9));
-    REQUIRE(std::fabs(norm(sim.frame.X_WO[0].p) - RodScene::kLength / 2) < 1e-9);
+    REQUIRE(std::fabs(norm(sim.frame.objects[0].X_WO.p) - RodScene::kLength / 2) < 1e-9);
     // what it accelerates by is towards the axis
     const Vec3 a = sim.frame.responses[0].acceleration_W.v;
-    REQUIRE_THAT(a, IsNear(-kSpeed * kSpeed * sim.frame.X_WO[0].p, 1e-3));
+    REQUIRE_THAT(a, IsNear(-kSpeed * kSpeed * sim.frame.objects[0].X_WO.p, 1e-3));
   }
 }
 
@@ -228,10 +229,10 @@ TEST_CASE("joints: a restarted sim has the joints of its last frame, whole turns
   resume(sim.model, second, last);
   const SceneFrame next = sim_step(sim.model, second, {&hand.frame}, last.t_ns + outage_ns);
   // readers have carried it on for as long, at most 20 ms, by its acceleration too
-  const double t = std::min(1e-9 * static_cast<double>(outage_ns), kMaxExtrapolation);
+  const double t = std::min(1e-9 * static_cast<double>(outage_ns), seconds_of(kExtrapolationNs));
   const double alpha = last.responses[0].acceleration_W.w.z;
   const double expected = last.joints[0].position + last.joints[0].velocity * t + alpha * t * t / 2;
-  CHECK(next.n_joints == 1);
+  CHECK(next.joints.size() == 1);
   CHECK(next.joints[0].position == Approx(expected).epsilon(1e-6));
   CHECK(next.joints[0].velocity == Approx(last.joints[0].velocity).epsilon(0.02));
 }

@@ -9,10 +9,12 @@
 #include "proto/wire/scene_pose.h"
 #include "sim/step.h"
 #include "tests/support/near.h"
+#include "tests/support/scene_frame.h"
 
 using namespace haptic;
 using haptic::test::IsNear;
 using haptic::test::kAlgebra;
+using haptic::test::scene_object;
 using haptic::test::tol;
 
 namespace {
@@ -52,10 +54,11 @@ TEST_CASE("scene: the first frame shows the configured poses", "[sim]") {
   SimState state;
   const SceneFrame frame = sim_step(model, state, 123'456'789'000);
   CHECK(frame.seq == 1);
-  CHECK(frame.n_objects == 3);
+  CHECK(frame.objects.size() == 3);
   for (uint32_t i = 0; i < 3; ++i) {
-    CHECK_THAT(frame.X_WO[i].p, IsNear(model.objects[i].X_WO.p, kAlgebra));
-    CHECK_THAT(rotation_between(frame.X_WO[i].q, model.objects[i].X_WO.q), IsNear({}, kAlgebra));
+    CHECK_THAT(frame.objects[i].X_WO.p, IsNear(model.objects[i].X_WO.p, kAlgebra));
+    CHECK_THAT(rotation_between(frame.objects[i].X_WO.q, model.objects[i].X_WO.q),
+               IsNear({}, kAlgebra));
   }
 }
 
@@ -83,9 +86,11 @@ TEST_CASE("scene: twists are the finite differences of the poses at every time s
   const double dt = 2e-9 * kHalfStep_ns;
   for (uint32_t i = 0; i < model.n_objects; ++i) {
     CAPTURE(i);
-    CHECK_THAT(at.V_WO[i].v, IsNear((after.X_WO[i].p - before.X_WO[i].p) / dt, kDifferenceError));
-    CHECK_THAT(at.V_WO[i].w,
-               IsNear(rotation_between(before.X_WO[i].q, after.X_WO[i].q) / dt, kDifferenceError));
+    CHECK_THAT(at.objects[i].V_WO.v,
+               IsNear((after.objects[i].X_WO.p - before.objects[i].X_WO.p) / dt, kDifferenceError));
+    CHECK_THAT(at.objects[i].V_WO.w,
+               IsNear(rotation_between(before.objects[i].X_WO.q, after.objects[i].X_WO.q) / dt,
+                      kDifferenceError));
   }
 }
 
@@ -94,12 +99,12 @@ TEST_CASE("scene: a spin stays normalised and in phase over a day", "[sim]") {
   SimState state;
   const int64_t hour_ns = 3'600'000'000'000;
   for (int64_t t_ns = 0; t_ns <= 24 * hour_ns; t_ns += hour_ns / 97) {
-    const Quat q = sim_step(model, state, t_ns).X_WO[1].q;
+    const Quat q = sim_step(model, state, t_ns).objects[1].X_WO.q;
     REQUIRE(std::fabs(dot(q, q) - 1) <= tol(kAlgebra));
   }
   // 0.3 turns per second: a day is a whole number of turns; 1.6e5 rad leave 3e-11 of a radian
   const SceneFrame last = sim_step(model, state, 24 * hour_ns);
-  CHECK_THAT(rotation_between(last.X_WO[1].q, model.objects[1].X_WO.q), IsNear({}, 1e-9));
+  CHECK_THAT(rotation_between(last.objects[1].X_WO.q, model.objects[1].X_WO.q), IsNear({}, 1e-9));
 }
 
 TEST_CASE("scene: a restarted sim continues where the last frame's extrapolation ended", "[sim]") {
@@ -117,17 +122,17 @@ TEST_CASE("scene: a restarted sim continues where the last frame's extrapolation
   CHECK(next.seq == last.seq + 1);
   CHECK(next.t_ns == died_ns + outage_ns);
   // the uninterrupted sim at the instant where readers stopped extrapolating
-  const int64_t shown_ns =
-      died_ns + std::min<int64_t>(outage_ns, std::llround(kMaxExtrapolation * 1e9));
+  const int64_t shown_ns = died_ns + std::min(outage_ns, kExtrapolationNs);
   const SceneFrame expected = sim_step(model, first, shown_ns);
   // near the turning point of an oscillation asin gives the phase to √ε, the position to ε
   constexpr double kPhaseError = 1e-7;
   for (uint32_t i = 0; i < model.n_objects; ++i) {
     CAPTURE(i);
-    CHECK_THAT(next.X_WO[i].p, IsNear(expected.X_WO[i].p, kPhaseError * 0.02));
-    CHECK_THAT(next.V_WO[i].v, IsNear(expected.V_WO[i].v, kPhaseError));
-    CHECK_THAT(rotation_between(next.X_WO[i].q, expected.X_WO[i].q), IsNear({}, kPhaseError));
-    CHECK_THAT(next.V_WO[i].w, IsNear(expected.V_WO[i].w, kAlgebra));
+    CHECK_THAT(next.objects[i].X_WO.p, IsNear(expected.objects[i].X_WO.p, kPhaseError * 0.02));
+    CHECK_THAT(next.objects[i].V_WO.v, IsNear(expected.objects[i].V_WO.v, kPhaseError));
+    CHECK_THAT(rotation_between(next.objects[i].X_WO.q, expected.objects[i].X_WO.q),
+               IsNear({}, kPhaseError));
+    CHECK_THAT(next.objects[i].V_WO.w, IsNear(expected.objects[i].V_WO.w, kAlgebra));
   }
 }
 
@@ -136,17 +141,44 @@ TEST_CASE("scene: a resumed scene does not jump even when it was paused at a tur
   const SimModel model = three_objects();
   const double phase = GENERATE(-1.5707, 0.3, 1.5707963, 2.8);
   SceneFrame last{};
-  last.n_objects = model.n_objects;
+  last.n_hands = 1;
   for (uint32_t i = 0; i < model.n_objects; ++i) {
-    last.X_WO[i] = scripted_state(model.objects[i], phase, 0).X_WO;  // time scale 0: no twist
+    // time scale 0: no twist
+    last.objects.push_back(scene_object(scripted_state(model.objects[i], phase, 0).X_WO));
   }
   SimState state;
   resume(model, state, last);
   const SceneFrame next = sim_step(model, state, last.t_ns);
   for (uint32_t i = 0; i < model.n_objects; ++i) {
-    CHECK_THAT(next.X_WO[i].p, IsNear(last.X_WO[i].p, kAlgebra));
-    CHECK_THAT(rotation_between(next.X_WO[i].q, last.X_WO[i].q), IsNear({}, kAlgebra));
+    CHECK_THAT(next.objects[i].X_WO.p, IsNear(last.objects[i].X_WO.p, kAlgebra));
+    CHECK_THAT(rotation_between(next.objects[i].X_WO.q, last.objects[i].X_WO.q),
+               IsNear({}, kAlgebra));
   }
+}
+
+TEST_CASE("scene: after a frame of another scene it begins anew, and counts on", "[sim]") {
+  const SimModel model = three_objects();
+  SimState first;
+  sim_step(model, first, 0);
+  SceneFrame last = sim_step(model, first, 400'000'000);
+  SECTION("an object too few") {
+    last.objects.resize(2);
+  }
+  SECTION("a body too many") {
+    test::add_response(last, 0);
+  }
+  SECTION("a joint too many") {
+    last.joints.push_back({});
+  }
+  SECTION("no hand") {
+    last.n_hands = 0;
+  }
+  SimState second;
+  resume(model, second, last);
+  const SceneFrame next = sim_step(model, second, 500'000'000);
+  CHECK(next.seq == last.seq + 1);
+  REQUIRE(next.objects.size() == 3);
+  CHECK_THAT(next.objects[0].X_WO.p, IsNear(model.objects[0].X_WO.p, kAlgebra));
 }
 
 TEST_CASE("scene: a clock that goes back holds the scene", "[sim]") {
@@ -156,5 +188,6 @@ TEST_CASE("scene: a clock that goes back holds the scene", "[sim]") {
   const SceneFrame late = sim_step(model, state, 400'000'000);
   const SceneFrame early = sim_step(model, state, 300'000'000);
   CHECK(early.t_ns == late.t_ns);
-  CHECK(early.X_WO[0] == late.X_WO[0]);
+  CHECK(early.objects[0].t_ns == late.t_ns);
+  CHECK(early.objects[0].X_WO == late.objects[0].X_WO);
 }

@@ -23,17 +23,18 @@ inline std::unique_ptr<ContactSet> rigid_set(const Pose& X_WG,
                                              const std::vector<TouchPoint>& touches) {
   auto set = std::make_unique<ContactSet>();
   *set = {};
-  set->n_objects = 1;
+  set->objects.resize(1);
   set->X_WG = X_WG;
   set->tool = {0.1, {1e-4, 1e-4, 1e-4}, {}, 0.05};
   for (const TouchPoint& touch : touches) {
-    Contact& c = set->contacts[set->n_contacts];
+    Contact c{};
     c.tool_point_T = touch.tool_point_T;
     c.object_point_O = X_WG * touch.tool_point_T - touch.gap * touch.normal;
     c.normal_O = c.shading_normal_O = touch.normal;
-    c.feature = ++set->n_contacts;
+    c.feature = set->contacts.size() + 1;
+    set->contacts.push_back(c);
   }
-  set->n_active = set->n_contacts;
+  set->n_active = static_cast<uint32_t>(touches.size());
   return set;
 }
 
@@ -92,7 +93,8 @@ class RigidLoop {
  public:
   explicit RigidLoop(Renderer renderer) : renderer_(renderer) {
     tick.coupling = {800, 0, 2, 0, 0, 0};
-    for (Pose& X_WO : tick.X_WO) X_WO = {};
+    tick.X_WO.resize(1);
+    tick.V_WO.resize(1);
   }
   Constrained6Model model;
   Materials materials;

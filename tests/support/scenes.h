@@ -17,7 +17,7 @@ struct TestScene {
 
   void add(Soup soup, const Pose& X_WO = {}) {
     owned.push_back(build_shape(std::move(soup)));
-    scene.X_WO[shapes.size()] = X_WO;
+    scene.X_WO.push_back(X_WO);
     shapes.push_back(owned.back().view());
     scene.shapes = shapes;
   }

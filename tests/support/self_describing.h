@@ -33,45 +33,46 @@ struct SelfDescribing {
   static constexpr size_t words_of(uint64_t) { return kWords; }
 };
 
-/// One of kOfParts parts of equal length, of which only elements() of each are in use; the others
-/// must be zero. The first and the third share a count; counts lie behind the parts.
+/// A record of kOfParts parts of the same length, of which elements() of each are in use.
 template <size_t kWords, size_t kOfParts = 3>
 struct VaryingRecord {
-  static_assert(kOfParts == 2 || kOfParts == 3);
-  static constexpr size_t kMost = (kWords - 2) / kOfParts;  // elements of a part
+  static constexpr size_t kMost = (kWords - 1) / kOfParts - 1;  // elements of a part
+  using Part = Packed<uint64_t, kMost>;
   uint64_t n = 0;
-  std::array<uint64_t, kOfParts * kMost> words{};
-  std::array<uint32_t, 2> counts{};
+  std::array<Part, kOfParts> parts{};
 
   static constexpr size_t elements(uint64_t n, size_t part) {
-    return (part % 2 == 0 ? (n ^ n >> 2) * 5 : (n ^ n >> 3) * 7 + 1) % (kMost + 1);
+    return ((n ^ n >> (2 + part)) * (5 + 2 * part) + part) % (kMost + 1);
   }
   static constexpr size_t words_of(uint64_t n) {
-    size_t words = 2;
+    size_t words = 1 + kOfParts;
     for (size_t part = 0; part < kOfParts; ++part) words += elements(n, part);
     return words;
   }
+  static constexpr uint64_t word(uint64_t n, size_t part, size_t i) {
+    return SelfDescribing<kWords>::word(n, part * kMost + i);
+  }
   static VaryingRecord make(uint64_t n) {
-    VaryingRecord record{n, {}, {}};
+    VaryingRecord record;
+    record.n = n;
     for (size_t part = 0; part < kOfParts; ++part) {
-      const size_t used = elements(n, part);
-      record.counts[part % 2] = static_cast<uint32_t>(used);
-      for (size_t i = part * kMost; i < part * kMost + used; ++i) {
-        record.words[i] = SelfDescribing<kWords>::word(n, i);
-      }
+      for (size_t i = 0; i < elements(n, part); ++i) record.parts[part].push_back(word(n, part, i));
     }
     return record;
   }
   bool is_whole() const {
-    const VaryingRecord expected = make(n);
-    return words == expected.words && counts == expected.counts;
-  }
-  static constexpr std::array<RecordPart, kOfParts> parts() {
-    std::array<RecordPart, kOfParts> parts{};
     for (size_t part = 0; part < kOfParts; ++part) {
-      parts[part] = {8 + 8 * kMost * part, 8, kMost, 8 + sizeof(words) + 4 * (part % 2)};
+      if (parts[part].size() != elements(n, part)) return false;
+      for (size_t i = 0; i < parts[part].size(); ++i) {
+        if (parts[part][i] != word(n, part, i)) return false;
+      }
     }
-    return parts;
+    return true;
+  }
+  static constexpr std::array<RecordPart, kOfParts> table() {
+    std::array<RecordPart, kOfParts> rows{};
+    for (size_t part = 0; part < kOfParts; ++part) rows[part] = {8 + sizeof(Part) * part, 8, kMost};
+    return rows;
   }
 };
 
@@ -95,6 +96,6 @@ namespace haptic {
 
 template <size_t kWords, size_t kOfParts>
 inline constexpr auto kParts<test::VaryingRecord<kWords, kOfParts>> =
-    test::VaryingRecord<kWords, kOfParts>::parts();
+    test::VaryingRecord<kWords, kOfParts>::table();
 
 }  // namespace haptic

@@ -7,6 +7,7 @@
 #include "proto/math/units.h"
 #include "servo/step.h"
 #include "tests/support/near.h"
+#include "tests/support/scene_frame.h"
 
 namespace haptic::test {
 
@@ -21,16 +22,19 @@ inline Contact plane(const Vec3& normal_O, const Vec3& point_O, double extent = 
 inline std::unique_ptr<ContactSet> set_of(std::initializer_list<Contact> contacts) {
   auto set = std::make_unique<ContactSet>();
   *set = {};
-  for (const Contact& c : contacts) set->contacts[set->n_contacts++] = c;
-  set->n_active = set->n_contacts;
-  set->n_objects = 1;
+  set->contacts.assign(contacts);
+  set->n_active = static_cast<uint32_t>(contacts.size());
+  set->objects.resize(1);
   return set;
 }
 
-/// Objects that stand still at the origin, of which the first few could be moved by a push.
+/// Objects that stand still at the origin; a push could move them, but they are too heavy.
 inline SceneFrame still_scene(uint32_t n_responses) {
   SceneFrame scene{};
-  scene.n_objects = scene.n_responses = n_responses;
+  for (uint32_t i = 0; i < n_responses; ++i) {
+    scene.objects.push_back(scene_object());
+    add_response(scene, i);
+  }
   return scene;
 }
 

@@ -60,6 +60,8 @@ class SoftLoop {
         asked == Asked::kTangentPlanes ? VoxelForce::kTangentPlanes : VoxelForce::kField;
     voxel.trust_radius = pair.size;
     in_force.tool.radius = pair.shell.radius;
+    in_force.X_WO.resize(1);
+    in_force.V_WO.resize(1);
     detector_ = std::make_unique<VoxelState>(voxel);
   }
 
@@ -77,12 +79,14 @@ class SoftLoop {
     const bool at_hand = model.solver == SoftSolver::kDirect || !state.started;
     const ToolMotion& tool = at_hand ? hand : state.proxy;
     *set_ = {};
-    set_->n_objects = 1;
+    set_->objects.resize(1);
     set_->X_WT = tool.X_WT;
     if (asked_ == Asked::kExact) return ask_exact(tool.X_WT);
     BodyQuestion question;
     question.X_WT = tool.X_WT;
     question.V_WT = tool.V_WT;
+    question.X_WO.resize(1);
+    question.V_WO.resize(1);
     question.reach = pair_.size;
     detect_voxel(voxel, *detector_, question, *set_);
   }
@@ -96,9 +100,9 @@ class SoftLoop {
     const ExactAnswer answer = exact_contacts(pair_.object.view(), pair_.tool.view(), X_OT, options,
                                               memory_, {pairs_, pushes_}, clusters);
     for (size_t i = 0; i < answer.n_clusters; ++i) {
-      set_->contacts[set_->n_contacts++] = contact_of(clusters[i], 0, {}, X_OT);
+      set_->contacts.push_back(contact_of(clusters[i], 0, {}, X_OT));
     }
-    set_->n_active = set_->n_contacts;
+    set_->n_active = static_cast<uint32_t>(set_->contacts.size());
   }
 
   const SoftPair& pair_;

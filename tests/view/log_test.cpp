@@ -16,6 +16,7 @@
 #include "proto/log/csv.h"
 #include "proto/math/units.h"
 #include "proto/os/message.h"
+#include "tests/support/scene_frame.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/view/layout_reader.h"
 #include "tests/view/socket_client.h"
@@ -52,8 +53,8 @@ ContactSet set_of(uint64_t tick, size_t column) {
   ContactSet set{};
   set.seq = set.answers_tick = tick;
   set.answers_t_ns = static_cast<int64_t>(tick) * kMs;
-  set.n_contacts = 1 + static_cast<uint32_t>((tick + column) % 3);
-  for (uint32_t i = 0; i < set.n_contacts; ++i) {
+  set.contacts.resize(1 + (tick + column) % 3);
+  for (size_t i = 0; i < set.contacts.size(); ++i) {
     set.contacts[i].object_point_O = {static_cast<double>(tick), static_cast<double>(i), 0.25};
   }
   return set;
@@ -77,8 +78,9 @@ void write_ticks(TraceWriter& trace, uint64_t from, uint64_t to,
       const Stamp stamp{frame.t_ns, frame.realtime_ns, tick};
       if (tick % 8 == 0 || tick == kFirst) {
         SceneFrame scene{};
-        scene.seq = tick / 8, scene.t_ns = frame.t_ns, scene.n_objects = 1;
-        scene.X_WO[0].p.z = static_cast<double>(tick / 8);
+        scene.seq = tick / 8, scene.t_ns = frame.t_ns;
+        const Vec3 place_W{0, 0, static_cast<double>(tick / 8)};
+        scene.objects.push_back(test::scene_object({place_W, {}}, {}, frame.t_ns));
         trace.write(Topic<SceneFrame>{columns[i].sim}, scene, stamp);
       }
       trace.write(Topic<ContactSet>{columns[i].contact}, set_of(tick, i), stamp);
@@ -121,7 +123,7 @@ void check_frame(const LayoutReader& layout, const std::vector<double>& got, uin
   CHECK(layout.one(got, "depth") == wanted.depth);
   CHECK(layout.one(got, "n_pushing") == wanted.n_contacts);
   const ContactSet set = set_of(tick, column);
-  REQUIRE(layout.count(got, "n_listed") == set.n_contacts);
+  REQUIRE(layout.count(got, "n_listed") == set.contacts.size());
   CHECK(layout.contact(got, 0, "point")[0] == static_cast<double>(tick));
   REQUIRE(layout.count(got, "n_objects") == 1);
   CHECK(layout.object(got, 0, "pose")[2] == static_cast<double>(tick / 8) + 0);
@@ -398,7 +400,7 @@ TEST_CASE("view log: meshes come from the attachments, a damaged one is left out
     TraceWriter trace(path, {});
     trace.add_attachment("eye/1", kEyeMediaType, 1, eye(0));  // replaced below
     trace.add_attachment("eye/0", kEyeMediaType, 1, std::vector<std::byte>(100));
-    trace.add_attachment("eye/99", kEyeMediaType, 1, eye(1));
+    trace.add_attachment("eye/" + std::to_string(kMaxObjects), kEyeMediaType, 1, eye(1));
     trace.add_attachment("eye/tool", "image/png", 1, eye(kEyeOfTool));
     write_ticks(trace, kFirst, kFirst + 10, kSession);
     trace.add_attachment("eye/1", kEyeMediaType, 2, eye(1));

@@ -15,6 +15,8 @@
 #include "clients/view/scene.h"
 #include "clients/view/viewer.h"
 #include "clients/view/web/http_rules.h"
+#include "proto/wire/parts.h"
+#include "tests/support/scene_frame.h"
 #include "tests/view/layout_reader.h"
 
 namespace haptic {
@@ -34,18 +36,23 @@ std::unique_ptr<View> full_view() {
   f.F_device_B.f = {4, 5, 6};
   f.F_device_B.t = {7, 8, 9};
   f.device.buttons = 3;
+  f.pushes.push_back({{{1, 2, 3}, {}}, {}});
   view->X_WB.q = {0, 0, std::sqrt(0.5), std::sqrt(0.5)};  // a quarter turn: x becomes y
   view->now_ns = 5'010'000'000;
-  view->scene.n_objects = 2;
-  view->scene.t_ns = f.t_ns;
-  view->scene.X_WO[1].p = {0, 0, 10};
-  view->contacts.n_contacts = 3;
+  view->scene.objects.push_back(test::scene_object());
+  view->scene.objects.push_back(test::scene_object({{0, 0, 10}, {}}));
+  test::set_time(view->scene, f.t_ns);
+  view->contacts.contacts.resize(3);
   view->contacts.n_active = 1;
   Contact& last = view->contacts.contacts[2];
   last.object = 1;
   last.object_point_O = {0.5, 0, 1};
   last.normal_O = {0, 0, 1};
   last.feature = uint64_t{2} << 62;
+  GuideRow guide{};
+  guide.object = 1;
+  guide.object_point_O = {0, 2, 0};
+  view->contacts.guides.push_back(guide);
   return view;
 }
 
@@ -107,6 +114,8 @@ TEST_CASE("view: a frame is read by layout.json alone") {
   CHECK(layout.object(frame, 1, "pose") == std::vector<double>{0, 0, 10, 1, 0, 0, 0});
   CHECK(layout.contact(frame, 2, "point") == std::vector<double>{0.5, 0, 11});
   CHECK(layout.contact(frame, 2, "kind")[0] == 2);
+  CHECK(layout.contact(frame, 3, "point") == std::vector<double>{0, 2, 10});
+  CHECK(layout.contact(frame, 3, "kind")[0] == 3);
   CHECK(layout.contact(frame, 0, "active")[0] == 1);
   CHECK(layout.contact(frame, 2, "active")[0] == 0);
   CHECK(layout.sample(frame, 0, "time")[0] == 100);
@@ -115,13 +124,18 @@ TEST_CASE("view: a frame is read by layout.json alone") {
 
 TEST_CASE("view: nothing that a ring could hold leads out of a frame") {
   const auto view = full_view();
-  view->scene.n_objects = 4'000'000'000;
-  view->contacts.n_contacts = 4'000'000'000;
+  view->scene.objects.resize(kMaxObjects);
+  view->scene.objects[5].response = 4'000'000'000;
+  view->scene.joints.resize(kMaxJoints);
+  view->contacts.contacts.resize(kMaxContacts);
   view->contacts.contacts[5].object = 4'000'000'000;
+  view->contacts.guides.resize(kMaxGuideRows);
+  view->contacts.guides[5].object = 4'000'000'000;
   const auto frame = LayoutReader::numbers(frame_bytes(common_frame(*view), *view, {}));
   const LayoutReader layout(layout_json());
   CHECK(layout.count(frame, "n_objects") == kMaxObjects);
-  CHECK(layout.count(frame, "n_listed") == kMaxContacts);
+  CHECK(layout.count(frame, "n_joints") == kMaxJoints);
+  CHECK(layout.count(frame, "n_listed") == kMaxContacts + kMaxGuideRows);
   CHECK(frame.size() == layout.length(frame));
 }
 
@@ -295,7 +309,7 @@ TEST_CASE(
       "mm\"]\n";
   CHECK(use_config(info, text) == "");
   const auto view = full_view();
-  view->scene.n_objects = 1;
+  view->scene.objects.resize(1);
   const std::string watching = scene_json(info, *view, false);
   const Json scene = Json::parse(watching);
   CHECK(scene["objects"].size() == 1);
@@ -370,12 +384,17 @@ TEST_CASE("view: Foxglove clients get the newest record of what they subscribe t
         "");
   const auto messages = foxglove_messages(client, *view);
   REQUIRE(messages.size() == 1);
-  // opcode, subscription, time, CDR header, the record
-  CHECK(messages[0].size() == 1 + 4 + 8 + 4 + sizeof(ServoFrame));
+  // opcode, subscription, time, CDR header; then the record: its fields, and behind their number,
+  // aligned to eight bytes, the pushes
+  constexpr size_t kFields = kParts<ServoFrame>[0].offset;
+  REQUIRE(messages[0].size() == 1 + 4 + 8 + 4 + kFields + 8 + sizeof(ObjectPush));
   CHECK(messages[0][0] == 1);
   CHECK(messages[0][1] == 9);
   CHECK(messages[0].substr(13, 4) == std::string("\0\1\0\0", 4));  // CDR, little endian
-  CHECK(std::memcmp(messages[0].data() + 17, &view->servo, sizeof(ServoFrame)) == 0);
+  CHECK(std::memcmp(messages[0].data() + 17, &view->servo, kFields) == 0);
+  CHECK(messages[0].substr(17 + kFields, 4) == std::string("\1\0\0\0", 4));
+  CHECK(std::memcmp(messages[0].data() + 17 + kFields + 8, view->servo.pushes.data(),
+                    sizeof(ObjectPush)) == 0);
   CHECK(foxglove_messages(client, *view).empty());  // nothing newer
   --view->servo.tick;
   CHECK(foxglove_messages(client, *view).size() == 1);

@@ -109,7 +109,7 @@ Watched watch_steps(const ContactModel& model, std::span<const ServoFrame> frame
       const ContactSet set = contact_step(model, *state, frame, nullptr);
       watched.limited += (set.flags & kContactIterationLimit) != 0;
       watched.truncated += (set.flags & kContactTruncated) != 0;
-      watched.most_contacts = std::max<size_t>(watched.most_contacts, set.n_contacts);
+      watched.most_contacts = std::max(watched.most_contacts, set.contacts.size());
     }
   });
   return watched;

@@ -45,8 +45,9 @@ class PacedSim {
 
  private:
   bool moves() const {
-    return std::ranges::any_of(std::span(scene_.V_WO).first(scene_.n_responses),
-                               [](const Twist& V_WO) { return V_WO != Twist{}; });
+    return std::ranges::any_of(scene_.objects, [](const SceneObject& object) {
+      return object.response != kNoResponse && object.V_WO != Twist{};
+    });
   }
 
   const SimModel& model_;

@@ -176,7 +176,7 @@ Course follow(Contest& contest, const std::function<Pose(double)>& path, int tic
     course.times.push_back(contest.step(state, X_OT, reach));
     course.tested.push_back(static_cast<double>(state.tested));
     course.cut_short += (contest.set->flags & kContactIterationLimit) != 0;
-    course.clusters.push_back(contest.set->n_contacts);
+    course.clusters.push_back(static_cast<double>(contest.set->contacts.size()));
     course.touching.push_back(static_cast<double>(state.touching));
     if (peer == nullptr || tick % every != every / 2) continue;
     course.collides.push_back(

@@ -86,8 +86,9 @@ struct PushedWall {
 
   void push(size_t box, const Vec3& impulse_W) {
     hand.t_ns += kTickNs;
-    Wrench& J_W = hand.object_impulse_W[box];
-    Wrench& S_W = hand.object_impulse_time_W[box];
+    // each box is a body
+    hand.pushes.resize(config.n_objects);
+    auto& [J_W, S_W] = hand.pushes[box];
     S_W = S_W + kTick * J_W;
     J_W.f += impulse_W;
   }

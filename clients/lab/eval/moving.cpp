@@ -83,14 +83,16 @@ void MovingJudge::judge_pose(const ContactSet& set, double t) {
   const std::vector<Pose> then = object_poses(scene_, t);
   bool meets = false;
   for (size_t i = 0; i < n; ++i) {
-    const Pose X_OT = inverse(set.X_WO[i]) * set.X_WG;
+    const Pose X_OT = inverse(set.objects[i].X_WO) * set.X_WG;
     meets |= surfaces_meet_by_cgal(scene_.objects[i].mesh, scene_.tool.mesh, X_OT);
-    elsewhere = std::max(elsewhere, norm(then[i].p - set.X_WO[i].p));
+    elsewhere = std::max(elsewhere, norm(then[i].p - set.objects[i].X_WO.p));
   }
   found_.inside += meets;
   found_.behind += elsewhere > kElsewhere;
   found_.most_behind = std::max(found_.most_behind, elsewhere);
-  if (!scene_.is_on_side(set.X_WG, {set.X_WO.data(), n})) found_.sides_changed = 1;
+  std::vector<Pose> X_WO;
+  for (const ObjectSeen& object : set.objects) X_WO.push_back(object.X_WO);
+  if (!scene_.is_on_side(set.X_WG, X_WO)) found_.sides_changed = 1;
 }
 
 void MovingJudge::add(const ServoFrame& frame, const ContactSet* set, double t) {

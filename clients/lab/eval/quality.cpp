@@ -110,9 +110,9 @@ void QualityProbe::detect(const Pose& X_WP, ContactSet& set) {
   options.stiffness = kPointStiffness;
   const ExactAnswer answer =
       exact_contacts(object_, tool_, X_WP, options, clusters_, {pairs_, pushes_}, clusters);
-  set.n_contacts = static_cast<uint32_t>(answer.n_clusters);
-  for (uint32_t i = 0; i < set.n_contacts; ++i) {
-    set.contacts[i] = contact_of(clusters[i], 0, {}, X_WP);
+  set.contacts.clear();
+  for (const PushCluster& cluster : std::span(clusters).first(answer.n_clusters)) {
+    set.contacts.push_back(contact_of(cluster, 0, {}, X_WP));
   }
 }
 

@@ -59,12 +59,12 @@ void RigidJudge::judge_pose(const ContactSet& set) {
 
 void RigidJudge::judge_cone(const ContactSet& set, const Wrench& spring_W) {
   rows_.clear();
-  for (uint32_t i = 0; i < set.n_contacts; ++i) {
-    const Contact& c = set.contacts[i];
-    const Vec3 arm_W = rotate(set.X_WG.q, c.tool_point_T);
-    rows_.push_back(contact_row(arm_W, c.normal_O, 0, 0));
-    // what is grasped is held both ways
-    if (is_guide(c)) rows_.push_back(contact_row(arm_W, -c.normal_O, 0, 0));
+  const auto arm_of = [&](const auto& row) { return rotate(set.X_WG.q, row.tool_point_T); };
+  for (const Contact& c : set.contacts) rows_.push_back(contact_row(arm_of(c), c.normal_O, 0, 0));
+  // what is grasped is held both ways
+  for (const GuideRow& guide : set.guides) {
+    rows_.push_back(contact_row(arm_of(guide), guide.normal_O, 0, 0));
+    rows_.push_back(contact_row(arm_of(guide), -guide.normal_O, 0, 0));
   }
   const Twist unexplained = response(metric_, spring_W);
   const Twist left = least_constraint(metric_, -1.0 * unexplained, rows_).a;

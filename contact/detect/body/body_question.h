@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
 #include <span>
 
 #include "contact/shape/baked/mesh_shape.h"
-#include "proto/wire/wire.h"
+#include "proto/wire/per_object.h"
 
 namespace haptic {
 
@@ -13,8 +12,8 @@ namespace haptic {
 struct BodyQuestion {
   Pose X_WT;  // of the tool, or its proxy
   Twist V_WT;
-  std::array<Pose, kMaxObjects> X_WO;
-  std::array<Twist, kMaxObjects> V_WO;
+  PerObject<Pose> X_WO;
+  PerObject<Twist> V_WO;
   double reach = 1e-3;  // what is nearer than this is reported [m]
 
   Pose X_OT(uint32_t object) const { return inverse(X_WO[object]) * X_WT; }

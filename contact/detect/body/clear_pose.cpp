@@ -19,7 +19,7 @@ constexpr size_t kMostBoxes = 1 << 12;  // box tests in all, about 0.05 µs each
 struct Room {
   double to_surface = kFarthest;
   double to_push = kFarthest;  // of the nearest object
-  std::array<double, kMaxObjects> clearance{};
+  PerObject<double> clearance;
 };
 
 /// Remaining budget, and whether only large distances are of use.
@@ -43,8 +43,8 @@ Room room_at(const ClearanceModel& model, ClearanceState& state, std::span<const
     effort.boxes -= std::min(effort.boxes, found.n_boxes);
     if (found.found) state[i] = found.nearest.triangles;
     room.to_surface = std::min(room.to_surface, found.at_least);
-    room.clearance[i] = std::max(found.at_least - layer, 0.0);
-    room.to_push = std::min(room.to_push, room.clearance[i]);
+    room.clearance.push_back(std::max(found.at_least - layer, 0.0));
+    room.to_push = std::min(room.to_push, room.clearance.back());
   }
   return room;
 }

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "contact/query/proximity/mesh_distance.h"
-#include "proto/wire/wire.h"
+#include "proto/wire/per_object.h"
 
 namespace haptic {
 
@@ -35,7 +34,7 @@ inline constexpr double kLeastShare = 0.9;
 /// may push it [m]; 0: unknown.
 struct ClearPose {
   Pose X_WT;
-  std::array<double, kMaxObjects> clearance{};
+  PerObject<double> clearance;
 };
 
 /// Advances from a pose outside all objects towards another by a few steps, each no longer than the

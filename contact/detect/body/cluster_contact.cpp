@@ -12,7 +12,7 @@ Contact contact_of(const PushCluster& cluster_O, uint32_t object, const Pose& X_
   c.tool_point_T = inverse(X_WT) * (X_WO * cluster_O.point_O);
   c.object_point_O = cluster_O.point_O + cluster_O.depth * cluster_O.normal_O;
   c.normal_O = c.shading_normal_O = cluster_O.normal_O;
-  c.object = c.material = object;
+  c.object = object;
   c.stiffness = cluster_O.stiffness;
   return c;
 }

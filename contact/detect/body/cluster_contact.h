@@ -22,16 +22,16 @@ void add_clusters(const BodyQuestion& question, size_t n_objects, size_t most, C
                   const ClustersOf& clusters_of, const Describe& describe) {
   std::array<PushCluster, kMaxContacts> memory;
   for (uint32_t object = 0; object < n_objects; ++object) {
-    // the rest of the room is shared by the remaining objects
-    const size_t left = (kMaxContacts - set.n_contacts) / (n_objects - object);
-    const std::span<PushCluster> room = std::span(memory).first(std::min(most, left));
+    // the rest of the room is shared by the remaining objects; of many each has a place at least
+    const size_t left = kMaxContacts - set.contacts.size();
+    const size_t share = std::min(left, std::max<size_t>(left / (n_objects - object), 1));
+    const std::span<PushCluster> room = std::span(memory).first(std::min(most, share));
     const size_t n = clusters_of(object, room);
     if (n == room.size()) set.flags |= kContactTruncated;
     for (const PushCluster& cluster : room.first(n)) {
-      HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
-      Contact& c = set.contacts[set.n_contacts++];
-      c = contact_of(cluster, object, question.X_WO[object], question.X_WT);
+      Contact c = contact_of(cluster, object, question.X_WO[object], question.X_WT);
       describe(object, cluster, c);
+      set.contacts.push_back(c);
       set.n_active += cluster.depth > 0;
     }
   }

@@ -117,7 +117,8 @@ PieceState::PieceState(const PieceModel& model)
 void detect_pieces(const PieceModel& model, const RefineOptions& refine, const BodyMeshes& meshes,
                    PieceState& state, const BodyQuestion& question, ContactSet& set) {
   HAPTIC_ASSERT(meshes.objects.size() == state.fronts.size() && question.reach >= 0);
-  set.n_contacts = set.n_active = 0;
+  set.contacts.clear();
+  set.n_active = 0;
   state.tested = 0;
   ClusterOptions options = model.clusters;
   options.tolerance = question.reach;

@@ -175,8 +175,7 @@ void linearise_on(const VoxelModel& model, const BodyQuestion& question, uint32_
 /// Moves the contacts of the object with the wrench to the front; those of an object are
 /// contiguous.
 void put_first(uint32_t object, ContactSet& set) {
-  HAPTIC_ASSERT(set.n_contacts <= kMaxContacts);
-  const auto end = set.contacts.begin() + set.n_contacts;
+  const auto end = set.contacts.end();
   const auto is_its = [&](const Contact& c) { return c.object == object; };
   const auto first = std::find_if(set.contacts.begin(), end, is_its);
   std::rotate(set.contacts.begin(), first, std::find_if_not(first, end, is_its));
@@ -225,7 +224,8 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const BodyQuestion
   HAPTIC_ASSERT(model.trust_radius > 0 && question.reach >= 0);
   state.tested = state.touching = 0;
   state.is_outside = true;
-  set.n_contacts = set.n_active = 0;
+  set.contacts.clear();
+  set.n_active = 0;
   set.F0_W = {};
   set.K = set.B = {};
   set.trust_radius = 0;

@@ -17,7 +17,7 @@ struct ProxyWitness {
 struct ProxyPlace {
   Vec3 g_W;  // verified position of its centre: outside every closed object by the radius
   bool seeded = false;
-  std::array<Pose, kMaxObjects> X_WO;  // object poses for which g_W was verified
+  PerObject<Pose> X_WO;  // object poses for which g_W was verified
 };
 
 /// State that survives a contact step.

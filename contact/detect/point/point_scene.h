@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
 #include <span>
 
 #include "contact/query/triangle/closest_on_triangle.h"
 #include "contact/shape/baked/mesh_shape.h"
-#include "proto/wire/wire.h"
+#include "proto/wire/per_object.h"
 
 namespace haptic {
 
 /// The objects at one instant, for a point detector.
 struct PointScene {
   std::span<const MeshShape> shapes;
-  std::array<Pose, kMaxObjects> X_WO;
+  PerObject<Pose> X_WO;
   double epsilon = 1e-7;  // distance of the verified proxy from every surface [m]
   double radius = 0;      // of the proxy; 0: a point [m]
 };

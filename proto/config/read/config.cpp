@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/config/config.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <span>
 #include <string>
 
 #include "proto/config/devices.h"
@@ -122,6 +124,14 @@ void read_motion(Section& object, MotionConfig& motion) {
   });
 }
 
+void check_number_of_bodies(Section& section, const SessionConfig& config) {
+  const auto n = std::ranges::count_if(std::span(config.objects).first(config.n_objects),
+                                       [](const auto& object) { return has_mass(object.body); });
+  if (n <= kMaxBodies) return;
+  section.fail_at("body", "is one [object.body] too many; " + std::to_string(kMaxBodies) +
+                              " is the most a session can hold, leave it out of what may stand");
+}
+
 void read_object(Section& section, SessionConfig& config, const fs::path& config_folder) {
   if (config.n_objects == kMaxObjects) {
     section.fail_at("name", "is one [[object]] too many; " + std::to_string(kMaxObjects) +
@@ -144,6 +154,7 @@ void read_object(Section& section, SessionConfig& config, const fs::path& config
   read_body(section, object, object.body);
   section.finish();
   ++config.n_objects;
+  check_number_of_bodies(section, config);
 }
 
 /// A 6-DoF renderer needs a mesh and, if it has a proxy, springs.

@@ -12,7 +12,7 @@ namespace {
 constexpr Range kBodyMasses{1e-3, 100};  // [kg]; lighter is less than a tick of any coupling moves
 constexpr Range kDensities{1, 25e3};     // [kg/m³]
 constexpr Range kRestitutions{0, 1};
-constexpr Range kSimRates{50, 1e3};       // [Hz]; kMaxExtrapolation is 20 ms
+constexpr Range kSimRates{50, 1e3};       // [Hz]; kExtrapolationNs is 20 ms
 constexpr double kBodyRate = 1000;        // of bodies with mass, that of the hand [Hz]
 constexpr Range kGravities{-1000, 1000};  // [m/s²]
 constexpr Range kReaches{0.01, 100};      // [m]

@@ -154,7 +154,7 @@ void note_pushes(const ConstrainedProblem& problem, const FrictionStep& step, do
     Wrench& sum = out.push_W[c.object];
     sum = sum + shift({push_W, cross(lever_W, push_W)}, arm_W);
     const Vec3 slip_W = velocity_at(step.v + problem.V_carrier_W, lever_W) - object_velocity(c);
-    slides[c.material % kMaxObjects] |= is_sliding(c, slip_W);
+    slides[c.object] |= is_sliding(c, slip_W);
   }
 }
 
@@ -164,8 +164,7 @@ BodySolution solve_constrained6(const Constrained6Model& model, const Materials&
                                 Constrained6State& state, ContactSolvers& solvers,
                                 const BodyTick& tick) {
   HAPTIC_ASSERT(tick.dt > 0 && model.blend_time >= 0);
-  BodySolution out;
-  out.proxy = tick.hand;
+  BodySolution out(tick);
   ConstrainedProblem problem;
   problem.contacts = carry_rigid_contacts(materials, tick, state.slides);
   out.finite = problem.contacts.finite;

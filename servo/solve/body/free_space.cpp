@@ -6,19 +6,20 @@
 
 namespace haptic {
 
-FreeSpace::FreeSpace(const ContactSet& set, const ToolBody& tool,
-                     const std::array<Pose, kMaxObjects>& X_WO)
+FreeSpace::FreeSpace(const ContactSet& set, const ToolBody& tool, std::span<const Pose> X_WO)
     : set_(set),
       X_WO_(X_WO),
       X_WGC_(motion_of_centre(tool, {set.X_WG, {}}).X_WC),
       radius_(tool.radius) {}
 
 double FreeSpace::left_at(const Pose& X_WC) const {
-  double left = set_.n_objects > 0 ? std::numeric_limits<double>::infinity() : 0;
-  for (uint32_t i = 0; i < std::min(set_.n_objects, kMaxObjects); ++i) {
-    if (!(set_.clearance[i] > 0)) return 0;
-    const Pose then = inverse(set_.X_WO[i]) * X_WGC_, now = inverse(X_WO_[i]) * X_WC;
-    const double of_this = set_.clearance[i] - largest_travel(way_between(then, now), radius_);
+  const auto& seen = set_.objects;
+  if (seen.empty() || seen.size() > X_WO_.size()) return 0;
+  double left = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < seen.size(); ++i) {
+    if (!(seen[i].clearance > 0)) return 0;
+    const Pose then = inverse(seen[i].X_WO) * X_WGC_, now = inverse(X_WO_[i]) * X_WC;
+    const double of_this = seen[i].clearance - largest_travel(way_between(then, now), radius_);
     if (!(of_this > 0)) return of_this;  // NaN too
     left = std::min(left, of_this);
   }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
 #include <optional>
+#include <span>
 
 #include "servo/solve/coupled_body.h"
 
@@ -15,7 +15,7 @@ namespace haptic {
 class FreeSpace {
  public:
   /// X_WO: of the objects at this tick; it and the set must outlive this.
-  FreeSpace(const ContactSet& set, const ToolBody& tool, const std::array<Pose, kMaxObjects>& X_WO);
+  FreeSpace(const ContactSet& set, const ToolBody& tool, std::span<const Pose> X_WO);
 
   /// Distance every point may still move from X_WC without touching any object [m]; ≤ 0: the pose
   /// is not known to be free.
@@ -27,7 +27,7 @@ class FreeSpace {
 
  private:
   const ContactSet& set_;
-  const std::array<Pose, kMaxObjects>& X_WO_;
+  std::span<const Pose> X_WO_;
   Pose X_WGC_;     // of the centre, at X_WG
   double radius_;  // of the tool [m]
 };

@@ -190,7 +190,7 @@ Selection touching_rows(const Problem& problem, const BodyTick& tick, const Twis
 /// The normal that a contact is felt with: interpolated, and tilted by the texture on the way.
 Vec3 felt_normal(const Materials& materials, const BodyTick& tick, const Problem& problem,
                  const RigidContact& contact, const Twist& a) {
-  const TextureConfig& texture = materials.of(contact.material).texture;
+  const TextureConfig& texture = materials.of(contact.object).texture;
   if (texture.kind == TextureKind::kNone) return contact.shading_W;
   const Pose X_OW = inverse(tick.X_WO[contact.object]);
   const auto place_O = [&](const Twist& motion) {
@@ -245,7 +245,7 @@ void remember(const BodyTick& tick, const Problem& problem, const Answer& answer
     const RigidContact& c = problem.contacts.contacts[answer.contact[j]];
     const Vec3 way_W =
         velocity_at(answer.a - problem.last, c.r_W) - problem.carried_W[answer.contact[j]];
-    state.slides[c.material % kMaxObjects] |= is_sliding(c, way_W / tick.dt);
+    state.slides[c.object] |= is_sliding(c, way_W / tick.dt);
   }
   state.started = true;
   state.carrier = problem.contacts.carrier;
@@ -266,7 +266,7 @@ void add_force(const Problem& problem, const Answer& felt, const Wrench& shading
   double hardest = 0;
   uint32_t object = kNoObject;
   const auto push = [&](uint32_t by, const Wrench& F_W) {
-    if (by < kMaxObjects) out.push_W[by] = out.push_W[by] + share * F_W;
+    if (by < out.push_W.size()) out.push_W[by] = out.push_W[by] + share * F_W;
   };
   for (size_t j = 0; j < felt.n_pushing; ++j) {
     const RigidContact& c = problem.contacts.contacts[felt.contact[j]];
@@ -289,8 +289,7 @@ Twist velocity_of(const GodObject6State& state, const BodyTick& tick, const Pose
 BodySolution solve_god_object6(const Materials& materials, GodObject6State& state,
                                CoulombSolver& solver, const BodyTick& tick) {
   HAPTIC_ASSERT(tick.dt > 0);
-  BodySolution out;
-  out.proxy = tick.hand;
+  BodySolution out(tick);
   Problem problem;
   problem.contacts = carry_rigid_contacts(materials, tick, state.slides);
   out.finite = problem.contacts.finite;

@@ -15,7 +15,7 @@ constexpr size_t kMostPlaces = 3;  // poses of a proxy, and the hand's
 
 /// The pose of the query, moved with the object since.
 Pose carried_pose(const ContactSet& set, const BodyTick& tick, uint32_t object) {
-  const Pose &then = set.X_WO[object], &now = tick.X_WO[object];
+  const Pose &then = set.objects[object].X_WO, &now = tick.X_WO[object];
   if (now == then) return set.X_WG;
   const Pose X_WG = now * (inverse(then) * set.X_WG);
   return {X_WG.p, normalized(X_WG.q)};
@@ -26,8 +26,8 @@ RigidContact posed(const CarriedContact& carried, const Materials& materials, co
   RigidContact contact{carried, rotate(X_WG.q, carried.tool_point_T), 0, 0, {}};
   contact.gap = dot(contact.normal_W, X_WG.p + contact.r_W - contact.point_W);
   contact.weight = tick.weight;
-  const MaterialConfig& material = materials.of(contact.material);
-  const bool has_slid = slides[contact.material % kMaxObjects];
+  const MaterialConfig& material = materials.of(contact.object);
+  const bool has_slid = slides[contact.object];
   contact.friction = has_slid ? material.friction_dynamic : material.friction_static;
   contact.V_W = object_twist(tick, contact.object, X_WG.p);
   return contact;
@@ -36,7 +36,7 @@ RigidContact posed(const CarriedContact& carried, const Materials& materials, co
 }  // namespace
 
 Twist object_twist(const BodyTick& tick, uint32_t object, const Vec3& place_W) {
-  if (object >= kMaxObjects) return {};
+  if (object >= tick.X_WO.size()) return {};
   return twist_with(tick.V_WO[object], place_W - tick.X_WO[object].p);
 }
 
@@ -46,8 +46,8 @@ RigidContacts carry_rigid_contacts(const Materials& materials, const BodyTick& t
   const ContactSet& set = *tick.contacts;
   RigidContacts out;
   out.X_WG = set.X_WG;
-  const size_t n = n_one_sided(set);
-  if (n > 0 && set.contacts[0].object < kMaxObjects) {
+  const size_t n = set.contacts.size(), n_placed = std::min(set.objects.size(), tick.X_WO.size());
+  if (n > 0 && set.contacts[0].object < n_placed) {
     out.carrier = set.contacts[0].object;
     out.X_WG = carried_pose(set, tick, out.carrier);
   }

@@ -29,7 +29,7 @@ struct RigidContacts : ContactsNow<RigidContact> {
   uint32_t carrier = kNoObject;  // the object of the first contact
 };
 
-/// Tells of each material whether it slid in the last tick, where its ratio of sliding is in force.
+/// Tells of each object whether it slid in the last tick, where its ratio of sliding is in force.
 using Slides = std::array<bool, kMaxObjects>;
 
 /// Twist of an object at a place; none of the world.

@@ -36,11 +36,17 @@ bool all_finite(const Mat6& m) {
   return std::all_of(m.a.begin(), m.a.end(), [](double v) { return std::isfinite(v); });
 }
 
-/// The linearised wrench about C, moved with its object, minus the springs.
+/// The way of the object that the linearised wrench is about, since the set; none: it is not there.
+std::optional<Pose> way_of_wrench(const ContactSet& set, const SoftCarry& carry) {
+  const uint32_t object = set.wrench_object;
+  if (object >= std::min(set.objects.size(), carry.X_WO.size())) return {};
+  return carry.X_WO[object] * inverse(set.objects[object].X_WO);
+}
+
+/// The linearised wrench about C, moved with its object by `moved_by`, minus the springs.
 void carry_rest(const ContactSet& set, const ToolBody& tool, const SoftCarry& carry,
-                SoftContacts& out) {
-  const uint32_t object = std::min(set.wrench_object, kMaxObjects - 1);
-  const Pose moved_by = carry.X_WO[object] * inverse(set.X_WO[object]);
+                const Pose& moved_by, SoftContacts& out) {
+  const uint32_t object = set.wrench_object;
   out.rest_object = object;
   out.X_WC0 = moved_by * motion_of_centre(tool, {set.X_WT, {}}).X_WC;
   out.trust_radius = set.trust_radius;
@@ -66,9 +72,8 @@ void carry_rest(const ContactSet& set, const ToolBody& tool, const SoftCarry& ca
 }
 
 void carry_brake(const ContactSet& set, const ToolBody& tool, const SoftCarry& carry,
-                 SoftContacts& out) {
-  const uint32_t object = std::min(set.wrench_object, kMaxObjects - 1);
-  const Pose moved_by = carry.X_WO[object] * inverse(set.X_WO[object]);
+                 const Pose& moved_by, SoftContacts& out) {
+  const uint32_t object = set.wrench_object;
   Mat6 B;
   B.a = set.B;
   if (B == Mat6{}) return;
@@ -104,9 +109,10 @@ SoftContacts carry_soft_contacts(const ContactSet& set, const ToolBody& tool,
     out.contacts[i] = spring_of(carried.contacts[i], tool, carry);
     if (carried.contacts[i].object == set.wrench_object) out.n_springs = i + 1;
   }
-  if (set.trust_radius > 0) {
-    carry_rest(set, tool, carry, out);
-    carry_brake(set, tool, carry, out);
+  const std::optional<Pose> moved_by = way_of_wrench(set, carry);
+  if (set.trust_radius > 0 && moved_by) {
+    carry_rest(set, tool, carry, *moved_by, out);
+    carry_brake(set, tool, carry, *moved_by, out);
   }
   return out;
 }

@@ -95,7 +95,7 @@ void find_equilibrium(const SoftProxyModel& model, const SoftContacts& contacts,
 BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state,
                               const BodyTick& tick) {
   HAPTIC_ASSERT(tick.contacts != nullptr && tick.dt > 0 && !(model.max_travel < 0));
-  BodySolution out;
+  BodySolution out(tick);
   // without mass and velocity, dampers have no effect and the rest of a wrench no counterweight
   const bool is_still = model.solver == SoftSolver::kQuasiStatic;
   SoftContacts contacts =
@@ -107,7 +107,7 @@ BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state
   state.started = true;
   out.proxy = state.proxy;
   if (!out.finite) return out;
-  const FreeSpace space(*tick.contacts, tick.tool, tick.X_WO);
+  const FreeSpace space(*tick.contacts, tick.tool, {tick.X_WO.data(), tick.X_WO.size()});
   const ToolMotion& faded = model.solver == SoftSolver::kDirect ? tick.hand : state.proxy;
   fade_past_extent(motion_of_centre(tick.tool, faded).X_WC, contacts);
   // a proxy with mass need not be where the hand is

@@ -1,12 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/solve/point/virtual_proxy.h"
 
+#include <optional>
+
 #include "proto/math/assert.h"
 #include "servo/solve/point/shading.h"
 #include "servo/solve/point/texture.h"
 
 namespace haptic {
 namespace {
+
+/// Where the proxy touched this object in the last tick; none: it did not.
+std::optional<Vec3> last_touch(const VirtualProxyState& state, uint32_t object) {
+  for (int i = state.n_touched - 1; i >= 0; --i) {
+    const TouchedObject& touched = state.touched[static_cast<size_t>(i)];
+    if (touched.object == object) return touched.point_O;
+  }
+  return {};
+}
 
 /// Interpolated normals from contact, tilted by the texture along the path.
 std::array<Vec3, 3> shading_normals(const Materials& materials, const VirtualProxyState& state,
@@ -17,16 +28,14 @@ std::array<Vec3, 3> shading_normals(const Materials& materials, const VirtualPro
   for (size_t i = 0; i < static_cast<size_t>(solution.n_active); ++i) {
     const ProxyPush& push = solution.pushes[i];
     const Contact& contact = question.contacts.contacts[push.contact];
-    HAPTIC_ASSERT(push.object < kMaxObjects && push.contact < kMaxContacts);
-    const TextureConfig& texture = materials.of(contact.material).texture;
+    const TextureConfig& texture = materials.of(push.object).texture;
     const Pose& X_WO = question.scene.X_WO[push.object];
     touch_point_O[i] = inverse(X_WO) * (solution.proxy_W - question.radius * push.plane.normal);
     if (contact.shading_normal_O == contact.normal_O && texture.kind == TextureKind::kNone) {
       normals_W[i] = push.plane.normal;
       continue;
     }
-    const Vec3 from_O =
-        state.touched[push.object] ? state.touch_point_O[push.object] : touch_point_O[i];
+    const Vec3 from_O = last_touch(state, push.object).value_or(touch_point_O[i]);
     const Vec3 gradient_O =
         steepest_gradient(texture, materials.images, {from_O, touch_point_O[i], contact.normal_O});
     normals_W[i] = rotate(X_WO.q, tilted_normal(contact.shading_normal_O, gradient_O));
@@ -41,15 +50,14 @@ struct Mixture {
   uint32_t object = 0;
 };
 
-Mixture mix_materials(const Materials& materials, const ProxyQuestion& question,
-                      const PointProxySolution& solution) {
+Mixture mix_materials(const Materials& materials, const PointProxySolution& solution) {
   Mixture mixture;
   double total = 0, hardest = 0;
   for (const ProxyPush& push : solution.active()) total += norm(push.push_W);
   if (!(total > 0)) return mixture;
   mixture.stiffness_share = 0;
   for (const ProxyPush& push : solution.active()) {
-    const MaterialConfig& m = materials.of(question.contacts.contacts[push.contact].material);
+    const MaterialConfig& m = materials.of(push.object);
     const double say = norm(push.push_W) / total;
     mixture.law.static_ratio += say * m.friction_static;
     mixture.law.dynamic_ratio += say * m.friction_dynamic;
@@ -75,10 +83,9 @@ void share_out(const Vec3& tool_W, PointProxySolution& solution) {
 
 void note_touches(const PointProxySolution& solution, const std::array<Vec3, 3>& touch_point_O,
                   VirtualProxyState& state) {
-  state.touched = {};
+  state.n_touched = solution.n_active;
   for (size_t i = 0; i < static_cast<size_t>(solution.n_active); ++i) {
-    state.touched[solution.pushes[i].object] = true;
-    state.touch_point_O[solution.pushes[i].object] = touch_point_O[i];
+    state.touched[i] = {solution.pushes[i].object, touch_point_O[i]};
   }
 }
 
@@ -99,7 +106,7 @@ PointProxySolution solve_virtual_proxy(const Materials& materials, VirtualProxyS
   note_touches(solution, touch_point_O, state);
   const Vec3 foot_W = shaded_proxy(solution, planes, question.tool_W, normals_W);
 
-  Mixture mixture = mix_materials(materials, question, solution);
+  Mixture mixture = mix_materials(materials, solution);
   mixture.law.stiffness = tick.stiffness;
   mixture.law.dt = tick.dt;
   Vec3 held_W = hold_by_friction(mixture.law, state.friction, question.tool_W, foot_W,

@@ -7,12 +7,18 @@
 
 namespace haptic {
 
+/// An object that the proxy touches.
+struct TouchedObject {
+  uint32_t object = 0;
+  Vec3 point_O;
+};
+
 /// The state from tick to tick.
 struct VirtualProxyState {
   FrictionState friction;
-  Vec3 held_back_W;                             // by friction
-  std::array<bool, kMaxObjects> touched{};      // in the last tick
-  std::array<Vec3, kMaxObjects> touch_point_O;  // contact point on each touched object
+  Vec3 held_back_W;                      // by friction
+  std::array<TouchedObject, 3> touched;  // in the last tick
+  int n_touched = 0;
 };
 
 struct VirtualProxyTick {

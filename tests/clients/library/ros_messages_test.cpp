@@ -135,7 +135,7 @@ TEST_CASE("standard messages: at their rate, at the time of the frame, none at r
       ServoFrame frame{};
       frame.t_ns = k * 1'000'000, frame.realtime_ns = kTime + frame.t_ns;
       SceneFrame scene{};
-      scene.n_objects = 2;
+      scene.objects.resize(2);
       standard.add(frame, &scene);
     }
     trace.close();

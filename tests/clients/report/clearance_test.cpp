@@ -21,6 +21,7 @@
 #include "proto/wire/renderer.h"
 #include "tests/support/data.h"
 #include "tests/support/near.h"
+#include "tests/support/scene_frame.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/torture_scale.h"
 
@@ -57,7 +58,9 @@ struct Recorded {
       // what must not be looked at is far away
       set.X_WG = frame.X_WP = {{9, 9, 9}, {}};
       (is_rigid(renderer) ? set.X_WG : frame.X_WP) = pose_at(tick);
-      for (uint32_t i = 0; i < session.n_objects; ++i) set.X_WO[i] = session.objects[i].X_WO;
+      for (uint32_t i = 0; i < session.n_objects; ++i) {
+        set.objects.push_back({session.objects[i].X_WO, 0});
+      }
       const Stamp stamp{frame.t_ns, frame.realtime_ns, tick};
       trace.write(contact_topic(kFirstHand), set, stamp);
       trace.write(servo_topic(kFirstHand), frame, stamp);
@@ -214,9 +217,10 @@ TEST_CASE(
   const SessionConfig config = parse_config(kCubes, "x.toml");
   SceneFrame scene{};
   scene.t_ns = 1 * kMs;
-  scene.n_objects = 2;
-  for (uint32_t i = 0; i < 2; ++i) scene.X_WO[i] = config.objects[i].X_WO;
-  scene.V_WO[0].v = {1, 0, 0};  // towards the tool, a millimetre in each tick
+  for (uint32_t i = 0; i < 2; ++i) {
+    scene.objects.push_back(scene_object(config.objects[i].X_WO, {}, scene.t_ns));
+  }
+  scene.objects[0].V_WO.v = {1, 0, 0};  // towards the tool, a millimetre in each tick
   const Recorded recorded(
       kCubes, Renderer::kDirect6, 10, [](uint64_t) { return along_x(0.05); }, &scene);
   const Clearance clearance = measured(recorded);

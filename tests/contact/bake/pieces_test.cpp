@@ -96,6 +96,5 @@ TEST_CASE("baked pieces: a session that wants them has those of all bodies, and 
        make_eye_files(config, baked, [](const std::string& line) { FAIL(line); })) {
     ids.push_back(eye.id);
   }
-  CHECK(ids == std::vector{SegmentId::kEyeTool, SegmentId::kPiecesTool, SegmentId::kEye0,
-                           SegmentId::kPieces0});
+  CHECK(ids == std::vector{eye_id(kEyeOfTool), pieces_id(kEyeOfTool), eye_id(0), pieces_id(0)});
 }

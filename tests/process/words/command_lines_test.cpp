@@ -154,13 +154,13 @@ TEST_CASE("hapt wire: docs/wire.md is what it prints") {
   CHECK((page == ran.output));
 }
 
-TEST_CASE("hapt wire: says which arrays are packed, and by which field") {
+TEST_CASE("hapt wire: says which fields are lists, and how long they may be") {
   const TemporaryFolder folder;
   const std::string page = hapt("wire", folder.path()).output;
-  CHECK(has(page, "`contacts` | Contact[64; n_contacts] |"));
-  CHECK(has(page, "`object_impulse_W` | Wrench[16; n_pushable] |"));
-  CHECK(has(page, "`X_WO` | Pose[16] |"));
-  CHECK(has(hapt("wire --json", folder.path()).output, "\"counted_by\": \"n_responses\""));
+  CHECK(has(page, "`contacts` | Contact[≤ 64] |"));
+  CHECK(has(page, "`pushes` | ObjectPush[≤ 64] |"));
+  CHECK(has(page, "`K` | double[36] |"));
+  CHECK(has(hapt("wire --json", folder.path()).output, "\"is_part\": true"));
 }
 
 }  // namespace haptic

@@ -269,7 +269,7 @@ TEST_CASE("config: one object too many is refused at its place") {
   }
   const size_t line = 6 + 4 * kMaxObjects + 2;
   CHECK_THAT(error_of(text), Catch::StartsWith("x.toml:" + std::to_string(line) + ":8: ") &&
-                                 Catch::Contains("16 is the most"));
+                                 Catch::Contains("256 is the most"));
 }
 
 TEST_CASE("config: a rotation by axis and angle is the quaternion of the half angle") {

@@ -57,15 +57,21 @@ size_t count(const Eyes& eyes) {
 
 TEST_CASE("eyes: their numbers are apart from the segments and name their object") {
   CHECK(eye_id(kEyeOfTool) == SegmentId{0x100});
-  CHECK(eye_id(0) == SegmentId{0x101});
+  CHECK(eye_id(kEyeOfTool, kMostHands - 1) == SegmentId{0x103});
+  CHECK(eye_id(0) == SegmentId{0x104});
   CHECK(eye_object(eye_id(15)) == 15);
-  CHECK(eye_object(SegmentId::kEyeTool) == kEyeOfTool);
+  for (uint32_t hand = 0; hand < kMostHands; ++hand) {
+    CHECK(eye_object(eye_id(kEyeOfTool, hand)) == kEyeOfTool);
+    CHECK(eye_object(pieces_id(kEyeOfTool, hand)) == kEyeOfTool);
+  }
   CHECK(is_eye(eye_id(kMaxObjects - 1)));
   CHECK_FALSE(is_eye(eye_id(kMaxObjects)));
   CHECK_FALSE(is_eye(SegmentId{0xff}));
+  CHECK_FALSE(is_eye(SegmentId{0x2ff}));
+  CHECK_FALSE(is_eye(SegmentId::kClient0));
   CHECK_FALSE(is_eye(contact_segment(kFirstHand)));
-  CHECK(pieces_id(kEyeOfTool) == SegmentId{0x200});
-  CHECK(pieces_id(3) == SegmentId{0x204});
+  CHECK(pieces_id(kEyeOfTool) == SegmentId{0x300});
+  CHECK(pieces_id(3) == SegmentId{0x307});
   for (const uint32_t object : {0u, uint32_t{kMaxObjects} - 1, kEyeOfTool}) {
     CHECK(is_eye(pieces_id(object)));
     CHECK(is_pieces(pieces_id(object)));

@@ -160,7 +160,8 @@ TEST_CASE("handout: where no descriptor is left nobody is served, and children s
   const TemporaryRuntimeFolder folder;
   const pid_t pid = fork();
   if (pid == 0) {
-    const rlimit few{120, 120};
+    // 56 beyond those that are kept for children
+    const rlimit few{104 + 2 * kMostEyes, 104 + 2 * kMostEyes};
     if (setrlimit(RLIMIT_NOFILE, &few) != 0) _exit(10);
     HandoutServer server("few");
     // the clients' ends are in a separate process

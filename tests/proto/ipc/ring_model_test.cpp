@@ -17,11 +17,10 @@ using test::MemoryModel;
 using test::ModelAtomic;
 constexpr uint64_t kSlots = 4;
 using Fixed = test::SelfDescribing<2>;  // two words can be torn
-// of two and of three parts with an element each, two to four words in eight and to five in ten:
-// slots are reused, and words under slots that are not
-template <size_t kParts>
-using Packed =
-    PackedRing<test::VaryingRecord<2 + kParts, kParts>, kSlots, 16 * (2 + kParts), ModelAtomic>;
+// of two or three parts of at most one or two elements; twice the longest item fits, and on average
+// three: slots are reused, and words under slots that are not
+template <size_t kParts, size_t kMost = 1, size_t kWords = 1 + kParts*(1 + kMost)>
+using Varying = PackedRing<test::VaryingRecord<kWords, kParts>, kSlots, 16 * kWords, ModelAtomic>;
 template <typename RingType>
 constexpr bool kIsPacked = requires {
   RingType::kWords;
@@ -158,8 +157,8 @@ TEMPLATE_TEST_CASE_SIG("ring: each step and each memory order left out is found 
 }
 
 TEMPLATE_TEST_CASE_SIG("ring: no outcome tears or loses an item of varying length", "",
-                       ((size_t kParts), kParts), 2, 3) {
-  const Findings found = look_at<Packed<kParts>>();
+                       ((size_t kParts, size_t kMost), kParts, kMost), (2, 1), (3, 1), (2, 2)) {
+  const Findings found = look_at<Varying<kParts, kMost>>();
   CAPTURE(found.outcomes);
   CHECK(found.torn == 0);
   CHECK(found.lost == 0);
@@ -181,14 +180,14 @@ TEST_CASE("ring: with items of varying length each order left out is found as we
     for (const bool store : {false, true}) {
       weakened = word, in_store = store;
       CAPTURE(word, store);
-      CHECK(look_at<Packed<2>>([](size_t location, bool is_store, uint64_t) {
+      CHECK(look_at<Varying<2>>([](size_t location, bool is_store, uint64_t) {
               const bool is_it = word_at(location) == weakened && is_store == in_store;
               return is_it ? Change::kRelaxed : Change::kNone;
             }).all() > 0);
     }
   }
   // items that are not taken back before they are overwritten
-  CHECK(look_at<Packed<2>>([](size_t location, bool is_store, uint64_t value) {
+  CHECK(look_at<Varying<2>>([](size_t location, bool is_store, uint64_t value) {
           const bool is_it = word_at(location) == kTicket && is_store && value == 0;
           return is_it ? Change::kDropped : Change::kNone;
         }).all() > 0);

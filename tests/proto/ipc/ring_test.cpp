@@ -18,6 +18,7 @@
 
 #include "clients/lab/support/forked_process.h"
 #include "proto/ipc/ring_source.h"
+#include "tests/support/in_use.h"
 #include "tests/support/self_describing.h"
 #include "tests/support/torture_scale.h"
 
@@ -29,7 +30,7 @@ using test::VaryingRecord;
 using Record = SelfDescribing<32>;  // 256 bytes
 // fewer words than its slots could hold
 template <size_t kWords>
-using Packed = PackedRing<VaryingRecord<kWords>, 16, 24 * kWords>;
+using Varying = PackedRing<VaryingRecord<kWords>, 16, 24 * kWords>;
 
 template <auto kMember>
 struct TypeOf;
@@ -40,32 +41,53 @@ struct TypeOf<kMember> {
 template <auto kMember>
 using RingOf = typename TypeOf<kMember>::Type;
 
-/// A record of random words whose parts have all this count.
+/// How many values each part of a record has.
 template <typename Item>
-std::unique_ptr<Item> noisy(uint64_t seed, uint32_t count) {
+using Counts = std::array<uint32_t, kParts<Item>.size()>;
+
+template <typename Item>
+void set_counts(Item& item, const Counts<Item>& counts) {
+  for (size_t k = 0; k < counts.size(); ++k) {
+    std::memcpy(reinterpret_cast<std::byte*>(&item) + kParts<Item>[k].offset, &counts[k], 4);
+  }
+}
+
+template <typename Item>
+Counts<Item> random_counts(std::mt19937_64& random) {
+  Counts<Item> counts;
+  for (size_t k = 0; k < counts.size(); ++k) {
+    counts[k] = static_cast<uint32_t>(random() % (std::min<size_t>(kParts<Item>[k].most, 20) + 1));
+  }
+  return counts;
+}
+
+/// A record of random words whose parts have these counts.
+template <typename Item>
+std::unique_ptr<Item> noisy(uint64_t seed, const Counts<Item>& counts) {
   std::mt19937_64 random(seed);
   std::vector<uint64_t> words(sizeof(Item) / 8);
   for (uint64_t& word : words) word = random() | 1;
   auto item = std::make_unique<Item>();
-  auto* bytes = reinterpret_cast<std::byte*>(item.get());
-  std::memcpy(bytes, words.data(), sizeof(Item));
-  for (const RecordPart& part : kParts<Item>) std::memcpy(bytes + part.count, &count, 4);
+  std::memcpy(reinterpret_cast<std::byte*>(item.get()), words.data(), sizeof(Item));
+  set_counts(*item, counts);
   return item;
 }
 
-/// Whether `out` holds what is in use of `item`, and zeros elsewhere.
+/// `old`, over which what is in use of `item` was copied.
 template <typename Item>
-bool same_in_use(const Item& out, const Item& item) {
-  std::vector<std::byte> expected(sizeof(Item));
-  std::memcpy(expected.data(), &item, sizeof(Item));
-  for (const RecordPart& part : kParts<Item>) {
-    uint32_t count;
-    std::memcpy(&count, expected.data() + part.count, 4);
-    const size_t used = std::min<size_t>(count, part.most) * part.element;
-    std::fill_n(expected.data() + part.offset + used, part.most * part.element - used,
-                std::byte{0});
-  }
-  return std::memcmp(expected.data(), &out, sizeof(Item)) == 0;
+std::vector<std::byte> overwritten(const Item& old, const Item& item) {
+  std::vector<std::byte> bytes(sizeof(Item));
+  std::memcpy(bytes.data(), &old, sizeof(Item));
+  Packing<Item>::for_each_run(item, [&](const std::byte* begin, size_t length) {
+    const auto at = begin - reinterpret_cast<const std::byte*>(&item);
+    std::copy_n(begin, length, bytes.begin() + at);
+  });
+  return bytes;
+}
+
+template <typename Item>
+bool is_same(const Item& item, const std::vector<std::byte>& bytes) {
+  return std::memcmp(&item, bytes.data(), sizeof(Item)) == 0;
 }
 
 // Places in a packed ring [words]: its counters, then ticket, begin and length of each slot
@@ -74,6 +96,13 @@ constexpr size_t kHeadWords = 16, kSlotWords = 4;
 template <typename RingType>
 constexpr size_t words_begin() {
   return sizeof(RingType) - (8 * RingType::kWords + 127) / 128 * 128;
+}
+
+template <typename RingType>
+uint64_t word_at(const RingType& ring, size_t place) {
+  uint64_t word;
+  std::memcpy(&word, reinterpret_cast<const std::byte*>(&ring) + place, 8);
+  return word;
 }
 
 template <typename RingType>
@@ -140,7 +169,7 @@ TEST_CASE("ring: an empty ring has nothing to read") {
   CHECK(cursor.lost == 0);
 }
 
-TEMPLATE_TEST_CASE("ring: zeroed memory is an empty ring", "", (Ring<Record, 8>), Packed<32>) {
+TEMPLATE_TEST_CASE("ring: zeroed memory is an empty ring", "", (Ring<Record, 8>), Varying<32>) {
   const TestType ring;
   const std::vector<std::byte> zeros(sizeof ring);
   CHECK(std::memcmp(zeros.data(), static_cast<const void*>(&ring), sizeof ring) == 0);
@@ -163,7 +192,7 @@ TEST_CASE("ring: a reader that keeps up gets each item once and in order") {
 }
 
 TEMPLATE_TEST_CASE("ring: exactly as many of the newest items as fit can be read", "",
-                   (Ring<Record, 8>), Packed<32>) {
+                   (Ring<Record, 8>), Varying<32>) {
   using Item = typename TestType::Item;
   TestType ring;
   const uint64_t published = GENERATE(1u, 2u, 3u, 7u, 8u, 9u, 16u, 17u, 1003u);
@@ -178,43 +207,92 @@ TEMPLATE_TEST_CASE("ring: exactly as many of the newest items as fit can be read
   }
 }
 
-TEMPLATE_TEST_CASE("ring: a reader of a shorter record finds zeros behind each part", "",
-                   (RingOf<&ServoChannels::frames>), (RingOf<&ContactChannels::sets>),
-                   (RingOf<&SimChannels::frames>)) {
+TEMPLATE_TEST_CASE("ring: of every length of every part a reader gets what is in use, no more", "",
+                   (PackedRing<ServoFrame, 4, 2 * sizeof(ServoFrame)>),
+                   (PackedRing<ContactSet, 4, 2 * sizeof(ContactSet)>),
+                   (PackedRing<SceneFrame, 4, 2 * sizeof(SceneFrame)>), (Varying<32>)) {
   using Item = typename TestType::Item;
+  std::mt19937_64 random(23);
   const auto ring = std::make_unique<TestType>();
-  const auto out = std::make_unique<Item>();
-  uint64_t n = 0;
-  // more than there can be: as many as there are
-  for (const uint32_t count : {64u, 0u, 1u, 15u, 64u, 1000u, ~0u, 2u}) {
-    CAPTURE(count);
-    const auto item = noisy<Item>(n, count);
+  Counts<Item> counts{};
+  const auto item = noisy<Item>(1, counts), out = noisy<Item>(2, counts);
+  uint64_t n = 0, wraps = 0, end = 0;
+  const auto look = [&](bool is_sound) {
+    set_counts(*item, counts);
+    const auto expected = is_sound ? overwritten(*out, *item) : overwritten(*out, *out);
+    const size_t words = test::bytes_in_use(*item).size() / 8;
+    wraps += end % TestType::kWords + words > TestType::kWords;
+    end += words;
     ring->publish(*item);
-    REQUIRE(ring->read(n++, *out));
-    CHECK(same_in_use(*out, *item));
+    CAPTURE(n, counts);
+    REQUIRE(ring->read(n++, *out) == is_sound);
+    REQUIRE(is_same(*out, expected));
+  };
+  for (size_t k = 0; k < counts.size(); ++k) {
+    const auto most = static_cast<uint32_t>(kParts<Item>[k].most);
+    // alone, and beside others
+    for (uint32_t count = 0; count <= most; ++count) {
+      counts = count % 2 == 0 ? Counts<Item>{} : random_counts<Item>(random);
+      counts[k] = count;
+      look(true);
+    }
+    // what a sound part cannot have
+    for (const uint32_t count : {most + 1, 1000u * most, ~0u}) {
+      counts[k] = count;
+      look(false);
+    }
+    counts[k] = 0;
+    look(true);
   }
+  for (size_t k = 0; k < counts.size(); ++k) {
+    counts[k] = static_cast<uint32_t>(kParts<Item>[k].most);
+  }
+  for (int i = 0; i < 9; ++i) look(true);
+  CHECK(wraps > 4);
 }
 
-TEST_CASE("ring: four seconds of a servo hold as many pushed objects as channels.h says") {
-  const auto ring = std::make_unique<RingOf<&ServoChannels::frames>>();
-  ServoFrame frame{};
-  frame.n_pushable = GENERATE(0u, 7u, 16u);
-  for (int n = 0; n < 10'000; ++n) ring->publish(frame);
-  const uint64_t there = ring->published() - ring->oldest(ring->published());
-  CHECK(there >= (frame.n_pushable <= 7 ? 4000u : 2700u));
-  // what a ring of whole frames took
-  CHECK(sizeof *ring < 4096 * (sizeof(ServoFrame) + 8));
+TEST_CASE("ring: those of the channels hold for as long as channels.h says") {
+  const auto fits = []<typename RingType>(const RingType&, const auto& item) {
+    const auto ring = std::make_unique<RingType>();
+    for (int n = 0; n < 10'000; ++n) ring->publish(item);
+    // what a ring of whole records took
+    CHECK(sizeof *ring < RingType::kCapacity * (sizeof item + 8));
+    return ring->published() - ring->oldest(ring->published());
+  };
+  const auto servo = std::make_unique<RingOf<&ServoChannels::frames>>();
+  const auto frame = std::make_unique<ServoFrame>();
+  for (const size_t pushed : {0, 7, 64}) {
+    frame->pushes.resize(pushed);
+    CHECK(fits(*servo, *frame) >= (pushed <= 7 ? 4000u : 900u));
+  }
+  const auto contact = std::make_unique<RingOf<&ContactChannels::sets>>();
+  const auto set = std::make_unique<ContactSet>();
+  set->objects.resize(1);
+  for (const size_t touching : {0, 7, 64}) {
+    set->contacts.resize(touching);
+    CHECK(fits(*contact, *set) >= (touching <= 7 ? 4000u : 1000u));
+  }
+  const auto sim = std::make_unique<RingOf<&SimChannels::frames>>();
+  const auto scene = std::make_unique<SceneFrame>();
+  for (const size_t objects : {20, 256}) {
+    scene->objects.resize(objects);
+    CHECK(fits(*sim, *scene) >= (objects <= 20 ? 2000u : 190u));
+  }
+  scene->objects.resize(4);
+  scene->responses.resize(4);
+  scene->seen.resize(4);
+  CHECK(fits(*sim, *scene) >= 2000u);
 }
 
 TEST_CASE(
     "ring: whatever lies in one of varying records, a reader stays in it and comes to an end") {
   std::mt19937_64 random(19);
-  const auto ring = std::make_unique<Packed<32>>();
+  const auto ring = std::make_unique<Varying<32>>();
   std::vector<uint64_t> words(sizeof *ring / 8);
   uint64_t looks = 0;
   for (int round = 0; round < 2000; ++round) {
     // sometimes small numbers, so that some items look complete
-    const uint64_t span = round % 2 == 0 ? ~uint64_t{0} : 40;
+    const uint64_t span = round % 2 == 0 ? ~uint64_t{0} : 12;
     for (uint64_t& word : words) word = random() % span;
     std::memcpy(static_cast<void*>(ring.get()), words.data(), sizeof *ring);
     Cursor living{random() % span, 0}, dead = living;
@@ -234,7 +312,7 @@ TEST_CASE(
 TEMPLATE_TEST_CASE("ring: a slot with a wrong count, begin or length is refused or read in bounds",
                    "", (PackedRing<ServoFrame, 4, 2 * sizeof(ServoFrame)>),
                    (PackedRing<ContactSet, 4, 2 * sizeof(ContactSet)>),
-                   (PackedRing<SceneFrame, 4, 2 * sizeof(SceneFrame)>), (Packed<32>)) {
+                   (PackedRing<SceneFrame, 4, 2 * sizeof(SceneFrame)>), (Varying<32>)) {
   using Item = typename TestType::Item;
   std::mt19937_64 random(37);
   // alone, so that the address sanitizer knows where it ends
@@ -244,34 +322,42 @@ TEMPLATE_TEST_CASE("ring: a slot with a wrong count, begin or length is refused 
   uint64_t refused = 0, taken = 0;
   const auto rounds = static_cast<size_t>(25'000 * test::torture_scale());
   for (size_t round = 0; round < rounds; ++round) {
-    const auto count = static_cast<uint32_t>(random() % 20);
-    const auto item = noisy<Item>(random(), round % 8 == 0 ? ~0u : count);
+    const Counts<Item> counts = random_counts<Item>(random);
+    const auto item = noisy<Item>(random(), counts);
     good->publish(*item);
     copy_ring(*good, *ring);
     const uint64_t n = good->published() - 1;
     const size_t slot = 8 * (kHeadWords + kSlotWords * (n % TestType::kCapacity));
-    uint64_t length;
-    std::memcpy(&length, reinterpret_cast<const std::byte*>(good.get()) + slot + 16, 8);
+    const uint64_t begin = word_at(*good, slot + 8), length = word_at(*good, slot + 16);
     const auto patch = [&](size_t at, uint64_t value) {
       std::memcpy(reinterpret_cast<std::byte*>(ring.get()) + at, &value, 8);
     };
     const uint64_t odd = round % 4 == 0 ? random() : random() % (sizeof(Item) / 8 + 8);
     // of the slot its begin and its length, of the words a few at random, where the counts are too
-    const size_t kind = round % 5;
+    const size_t kind = round % 6;
     if (kind == 0 || kind == 3) patch(slot + 8, odd);
     if (kind == 1 || kind == 3) patch(slot + 16, odd);
-    for (size_t k = 0; kind >= 2 && k < 1 + random() % 16; ++k) {
+    for (size_t k = 0; kind >= 2 && kind < 5 && k < 1 + random() % 16; ++k) {
       patch(words_begin<TestType>() + 8 * (random() % TestType::kWords), random() >> random() % 64);
+    }
+    // or the count of one part alone
+    const size_t part = random() % counts.size();
+    const auto count = static_cast<uint32_t>(round % 4 == 0 ? random() : random() % 24);
+    if (kind == 5) {
+      size_t at = begin + Packing<Item>::kFixedBytes / 8;
+      for (size_t k = 0; k < part; ++k) at += 1 + counts[k] * kParts<Item>[k].element / 8;
+      const size_t place = words_begin<TestType>() + 8 * (at % TestType::kWords);
+      patch(place, (word_at(*good, place) >> 32 << 32) | count);
     }
     std::memcpy(static_cast<void*>(before.get()), out.get(), sizeof(Item));
     const bool got = ring->read(n, *out);
     got ? ++taken : ++refused;
-    // one that gets nothing keeps its old item, and of what it gets nothing is beyond the counts
-    if (!got) REQUIRE(std::memcmp(before.get(), out.get(), sizeof(Item)) == 0);
-    if (got) REQUIRE(same_in_use(*out, *out));
+    // one that gets nothing keeps its old item, and one that gets some what is not in use
+    REQUIRE(is_same(*out, got ? overwritten(*before, *out) : overwritten(*before, *before)));
     // a length that the counts do not make is no writer of ours
     if (kind == 1) REQUIRE(got == (odd == length));
-    if (got && kind == 1) REQUIRE(same_in_use(*out, *item));
+    if (kind == 5) REQUIRE(got == (count == counts[part]));
+    if (got && (kind == 1 || kind == 5)) REQUIRE(is_same(*out, overwritten(*before, *item)));
     ring->prefetch();
     ring->prefetch_newest();
     typename TestType::Item other{};
@@ -403,7 +489,7 @@ TEST_CASE("ring: one of plain words is reported by the thread sanitizer") {
 
 TEMPLATE_TEST_CASE("ring: after kill -9 of the writer every counted item but the oldest is whole",
                    "", (Ring<SelfDescribing<8>, 16>), (Ring<SelfDescribing<128>, 16>),
-                   Packed<128>) {
+                   Varying<128>) {
   std::mt19937_64 random(11);
   for (int round = 0; round < 60; ++round) {
     SharedRing<TestType> shared;
@@ -428,7 +514,7 @@ TEMPLATE_TEST_CASE("ring: after kill -9 of the writer every counted item but the
 }
 
 TEMPLATE_TEST_CASE("ring: what a killed writer left behind is drained with an exact count", "",
-                   (Ring<Record, 16>), Packed<32>) {
+                   (Ring<Record, 16>), Varying<32>) {
   std::mt19937_64 random(13);
   uint64_t most_lost_of_the_last_ring = 0;
   for (int round = 0; round < 60; ++round) {

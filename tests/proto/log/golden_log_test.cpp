@@ -17,6 +17,7 @@
 #include "proto/log/csv.h"
 #include "proto/log/hand_trace.h"
 #include "proto/log/trace.h"
+#include "proto/wire/scene_pose.h"
 #include "tests/support/data.h"
 
 namespace haptic {
@@ -72,8 +73,22 @@ Rows exported_rows(uint32_t layout, const TopicInfo& topic) {
 
 /// The present name of a column of an old export; "": it is left out.
 std::string column_now(const std::string& column) {
-  if (column == "clearance_m") return "clearance[0]_m";
-  return column == "reserved" ? "" : column;
+  static const std::map<std::string, std::pair<std::string, std::string>> kMoved{
+      {"X_WO", {"objects", ".X_WO"}},
+      {"V_WO", {"objects", ".V_WO"}},
+      {"clearance", {"objects", ".clearance"}},
+      {"object_impulse_W", {"pushes", ".impulse_W"}},
+      {"object_impulse_time_W", {"pushes", ".impulse_time_W"}}};
+  if (column == "clearance_m") return "objects[0].clearance_m";
+  const bool is_gone = column == "reserved" || column == "free_fraction" ||
+                       column.ends_with("].material") ||
+                       column.find("].texture_uv[") < column.size();
+  if (is_gone) return "";
+  const size_t begin = std::min(column.find('['), column.size()), end = column.find(']') + 1;
+  const auto moved = kMoved.find(column.substr(0, begin));
+  if (moved == kMoved.end()) return column;
+  const auto& [part, field] = moved->second;
+  return part + column.substr(begin, end - begin) + field + column.substr(end);
 }
 
 ReplayConfig replay_of(const std::string& path) {
@@ -110,9 +125,9 @@ TEST_CASE("cut a session to a golden log", "[.][golden-cut]") {
     cut(from, to, servo_topic(kFirstHand), 10,
         [&](const ServoFrame& f) { return f.tick + 2 >= touch; });
     cut(from, to, contact_topic(kFirstHand), 2,
-        [](const ContactSet& s) { return s.n_contacts == 0 && s.seq >= 100; });
+        [](const ContactSet& s) { return s.contacts.empty() && s.seq >= 100; });
     cut(from, to, contact_topic(kFirstHand), 2,
-        [](const ContactSet& s) { return s.n_contacts > 0 && s.n_contacts <= 6; });
+        [](const ContactSet& s) { return !s.contacts.empty() && s.contacts.size() <= 6; });
     cut(from, to, kSimTopic, 2, any);
     cut(from, to, kControlTopic, 2, any);
     cut(from, to, kEventTopic, 4, any);
@@ -186,14 +201,23 @@ TEST_CASE("golden: what a layout lacks is what the table of defaults says") {
     for (size_t i = 0; i < sets.size(); ++i) {
       // one clearance for all objects in layout 6, none before
       const double first = layout == 6 ? std::atof(then[i].at("clearance_m").c_str()) : 0;
-      any_clear |= sets[i].clearance[0] > 0;
+      any_clear |= sets[i].objects[0].clearance > 0;
       if (layout > 6) continue;
-      for (const double clearance : sets[i].clearance) CHECK(clearance == first);
+      for (const ObjectSeen& object : sets[i].objects) CHECK(object.clearance == first);
       if (layout < 5) CHECK(sets[i].tool.mass == 0);
       if (layout < 4) CHECK(sets[i].renderer == 0);
       if (layout < 2) CHECK(sets[i].reseeds == 0);
     }
     CHECK(any_clear == (layout >= 6));
+    for (const SceneFrame& scene : trace.read(kSimTopic)) {
+      CHECK(!scene.objects.empty());
+      for (uint32_t k = 0; layout < 12 && k < scene.objects.size(); ++k) {
+        CHECK(scene.objects[k].t_ns == scene.t_ns);
+        CHECK(scene.objects[k].extrapolation_ns == kExtrapolationNs);
+        CHECK(scene.objects[k].response == k);
+      }
+      if (layout < 12) CHECK((scene.n_hands == 2 && scene.seen.size() == 32));
+    }
     for (const ControlFrame& control : trace.read(kControlTopic)) {
       if (layout < 3) CHECK((control.armed == 1 && control.fault == 0));
       // 0: as the session's file says
@@ -207,19 +231,25 @@ TEST_CASE("golden: the reader says which layout it was, and what that lacks") {
     return TraceReader(golden(layout)).notice(*find_topic(topic.name));
   };
   CHECK(notice(kAbiMajor, contact_topic(kFirstHand)).empty());
+  const std::string alone = " (0: no process said since when it was behind)";
   const std::string none = " (0: the coupling in force was not recorded)";
   const std::string still = " (0: no object could be pushed away)";
   const std::string servo =
       "device.F_hand_B (0: no device measured the hand's wrench), X_command_B (0: no device was "
-      "commanded a pose), object_impulse_time_W" +
-      still + ", forgotten_impulse_W" + still + ", impulses_since_ns" + still +
-      ", translational_stiffness" + none + ", rotational_stiffness" + none +
-      ", n_pushable (16: all objects were counted), reserved (0: no room was left)";
+      "commanded a pose), forgotten_impulse_W" +
+      still + ", impulses_since_ns" + still + ", translational_stiffness" + none +
+      ", rotational_stiffness" + none + ", behind_since_ns" + alone +
+      ", pushes (16: all objects were counted), pushes.impulse_time_W" + still;
   CHECK(notice(6, servo_topic(kFirstHand)) == "recorded with layout 6; fields it lacks: " + servo);
+  const auto contact = [&](const std::string& clearance) {
+    return "skipped (0: it did not say), behind_since_ns" + alone + ", objects" + clearance +
+           ", contacts.giver (0: contact found them all), guides (0: guide rows were the last of "
+           "the contacts), compliance (0: nothing gave way)";
+  };
   CHECK(notice(6, contact_topic(kFirstHand)) ==
-        "recorded with layout 6; fields it lacks: clearance[] (one value for all)");
+        "recorded with layout 6; fields it lacks: " + contact("[].clearance (one value for all)"));
   CHECK(notice(5, contact_topic(kFirstHand)) ==
-        "recorded with layout 5; fields it lacks: clearance (0: not known)");
+        "recorded with layout 5; fields it lacks: " + contact(".clearance (0: not known)"));
   CHECK(notice(5, servo_topic(kFirstHand)) == "recorded with layout 5; fields it lacks: " + servo);
   const std::string nobody = "(0: nobody led the hand), ";
   const std::string led = "X_WT_intent " + nobody + "intent_t_ns " + nobody + "leading " + nobody +

@@ -27,6 +27,7 @@
 #include "proto/log/hand_trace.h"
 #include "tests/support/data.h"
 #include "tests/support/hostile_text.h"
+#include "tests/support/in_use.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/tolerance.h"
 
@@ -48,19 +49,22 @@ std::string written(const std::string& name, const std::string& text) {
   return path;
 }
 
-/// Any bytes are a record; these differ in every word and cannot be compressed.
+/// Any bytes are a record, and any number of values a part has; these differ in every word and
+/// cannot be compressed.
 template <typename T>
 T random_record(uint64_t seed) {
   std::mt19937_64 random(seed);
   std::array<uint64_t, sizeof(T) / 8> words;
   for (uint64_t& word : words) word = random();
+  for (const RecordPart& part : kParts<T>) words[part.offset / 8] %= part.most + 1;
   return std::bit_cast<T>(words);
 }
 
-/// A finite number in every field: its position in the record, scaled so that no digit is zero.
+/// A finite number in every field: its position in the record, scaled so that no digit is zero. Of
+/// each part a few values.
 template <typename T>
 T counted_record(uint64_t seed) {
-  std::array<std::byte, sizeof(T)> bytes{};
+  alignas(8) std::array<std::byte, sizeof(T)> bytes{};
   double n = static_cast<double>(seed);
   for (const Field& field : flatten(Schema<T>::text)) {
     n += 1;
@@ -72,11 +76,16 @@ T counted_record(uint64_t seed) {
                                                  : static_cast<const void*>(&whole);
     std::memcpy(&bytes[field.offset], value, field.type == "uint32" ? 4 : 8);
   }
+  for (const RecordPart& part : kParts<T>) {
+    const uint64_t values = 2 + (seed + part.offset) % 3;
+    std::memcpy(&bytes[part.offset], &values, sizeof values);
+  }
   return std::bit_cast<T>(bytes);
 }
 
 template <typename T>
 bool same_bytes(const T& a, const T& b) {
+  if constexpr (!kParts<T>.empty()) return test::bytes_in_use(a) == test::bytes_in_use(b);
   // wire structs have no padding: NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
   return std::memcmp(&a, &b, sizeof a) == 0;
 }
@@ -126,15 +135,26 @@ std::string trace_error(const std::string& path) {
 }  // namespace
 
 TEST_CASE("schema: a flattened struct has each number once, without holes") {
-  const auto check = [](std::string_view text, size_t size) {
-    size_t end = 0;
-    for (const Field& field : flatten(text)) {
+  for (const TopicInfo& topic : kTopics) {
+    const Fields fields = flatten(topic.text);
+    REQUIRE(fields.parts.size() == topic.parts.size());
+    size_t end = 0, part = 0;
+    for (const Field& field : fields) {
       CHECK(field.offset == end);
       end += field.type == "uint32" ? 4 : 8;
+      // the number of values of a part, and four bytes of zero
+      if (part == fields.parts.size() || field.offset != fields.parts[part].offset) continue;
+      CHECK(field.name.starts_with("n_"));
+      CHECK(field.offset == topic.parts[part].offset);
+      CHECK(fields.parts[part].element == topic.parts[part].element);
+      CHECK(fields.parts[part].most == topic.parts[part].most);
+      ++part;
+      end += 4;
     }
-    CHECK(end == size);
-  };
-  for (const TopicInfo& topic : kTopics) check(topic.text, topic.size);
+    CHECK(part == topic.parts.size());
+    CHECK(end == topic.size);
+    CHECK(fields.bytes == topic.size);
+  }
 }
 
 TEST_CASE("schema: names, offsets and units are those of the struct") {
@@ -147,6 +167,7 @@ TEST_CASE("schema: names, offsets and units are those of the struct") {
     return Field{};
   };
   ServoFrame frame{};
+  frame.pushes.resize(4);
   const auto offset_of = [&](const auto& member) {
     return static_cast<size_t>(reinterpret_cast<const char*>(&member) -
                                reinterpret_cast<const char*>(&frame));
@@ -154,13 +175,14 @@ TEST_CASE("schema: names, offsets and units are those of the struct") {
   CHECK(find("device.X_BH.position.y").offset == offset_of(frame.device.X_BH.p.y));
   CHECK(find("device.X_BH.orientation.w").offset == offset_of(frame.device.X_BH.q.w));
   CHECK(find("V_WP.angular.x").offset == offset_of(frame.V_WP.w.x));
-  CHECK(find("object_impulse_W[3].torque.z").offset == offset_of(frame.object_impulse_W[3].t.z));
+  CHECK(find("pushes[3].impulse_W.torque.z").offset == offset_of(frame.pushes[3].impulse_W.t.z));
+  CHECK(find("n_pushes").offset == offset_of(frame.pushes));
   CHECK(find("n_contacts").offset == offset_of(frame.n_contacts));
   CHECK(find("X_WP.position.x").unit == "m");
   CHECK(find("X_WP.orientation.x").unit.empty());
   CHECK(find("F_device_B.torque.y").unit == "N·m");
-  CHECK(find("object_impulse_W[3].force.x").unit == "N·s");
-  CHECK(find("object_impulse_W[3].torque.x").unit == "N·m·s");
+  CHECK(find("pushes[3].impulse_W.force.x").unit == "N·s");
+  CHECK(find("pushes[3].impulse_W.torque.x").unit == "N·m·s");
   CHECK(find("n_contacts").type == "uint32");
 }
 
@@ -168,7 +190,7 @@ TEST_CASE("schema: the full text defines every type it names, each once") {
   const std::string text = full_definition(Schema<ServoFrame>::text);
   for (const char* type : {"geometry_msgs/Pose", "geometry_msgs/Point", "geometry_msgs/Quaternion",
                            "geometry_msgs/Twist", "geometry_msgs/Wrench", "geometry_msgs/Vector3",
-                           "haptic_msgs/DeviceState"}) {
+                           "haptic_msgs/DeviceState", "haptic_msgs/ObjectPush"}) {
     const std::string head = std::string("MSG: ") + type + "\n";
     CAPTURE(type);
     CHECK(text.find(head) != std::string::npos);
@@ -179,7 +201,7 @@ TEST_CASE("schema: the full text defines every type it names, each once") {
 
 TEST_CASE("trace: every topic reads back bit for bit, whatever the bits") {
   const std::string path = fresh_file("all.mcap");
-  constexpr uint64_t kRecords = 60;  // 11 kB each: several chunks
+  constexpr uint64_t kRecords = 60;  // up to 90 kB each: several chunks
   {
     TraceWriter trace(path, recording_metadata("s", "[session]\n"));
     for (uint64_t i = 0; i < kRecords; ++i) {
@@ -370,7 +392,8 @@ TEST_CASE("csv: the export has a row a record and reads back to the same bits") 
       frame.device.V_BH.w = random_record<Twist>(tick).w;
       frame.device.V_BH.w.y = 1.0 / static_cast<double>(tick);
       if (!is_finite(frame.device.V_BH.w)) frame.device.V_BH.w = {};
-      frame.object_impulse_W[1].f.x = 2;
+      frame.pushes.resize(2);
+      frame.pushes[1].impulse_W.f.x = 2;
       trace.write(servo_topic(kFirstHand), frame, stamp_of(frame));
     }
   }
@@ -390,8 +413,8 @@ TEST_CASE("csv: the export has a row a record and reads back to the same bits") 
   CHECK(reader.find("F_device_B.torque.y_Nm") != CsvReader::npos);
   CHECK(reader.find("V_WT.linear.z_m_per_s") != CsvReader::npos);
   CHECK(reader.find("t_ns") != CsvReader::npos);
-  CHECK(reader.find("object_impulse_W[1].torque.z_Nms") != CsvReader::npos);
-  CHECK(reader.find("object_impulse_W[2].force.x_Ns") == CsvReader::npos);
+  CHECK(reader.find("pushes[1].impulse_W.torque.z_Nms") != CsvReader::npos);
+  CHECK(reader.find("pushes[2].impulse_W.force.x_Ns") == CsvReader::npos);
 }
 
 TEST_CASE("trace: a sample for other programs has finite numbers in every field") {
@@ -432,7 +455,7 @@ TEST_CASE(
     TraceWriter trace(path, {});
     for (uint32_t n = 0; n < 3; ++n) {
       ContactSet set{};
-      set.n_contacts = n;
+      set.contacts.resize(n);
       for (Contact& c : set.contacts) c.extent = 7;
       trace.write(contact_topic(kFirstHand), set, {});
     }
@@ -443,7 +466,7 @@ TEST_CASE(
   const size_t first = reader.require("contacts[0].extent_m");
   const size_t second = reader.require("contacts[1].extent_m");
   CHECK(reader.find("contacts[2].extent_m") == CsvReader::npos);
-  CHECK(reader.find("X_WO[0].position.x_m") == CsvReader::npos);
+  CHECK(reader.find("objects[0].X_WO.position.x_m") == CsvReader::npos);
   REQUIRE(reader.next());
   CHECK_THROWS_WITH(reader.number(first), Catch::Contains("is '', not a finite number"));
   REQUIRE(reader.next());

@@ -73,14 +73,13 @@ TEST_CASE("records: each room that a field names as its reader mentions the fiel
 TEST_CASE("records: the table of parts is what the list says") {
   size_t parts = 0;
   for (const RecordRow& record : all_records()) {
-    for (const RecordField& field : record.fields) parts += field.counted_by.empty() ? 0 : 1;
+    for (const RecordField& field : record.fields) parts += field.is_part ? 1 : 0;
   }
   CHECK(parts == kParts<ServoFrame>.size() + kParts<ContactSet>.size() + kParts<SceneFrame>.size());
-  constexpr RecordPart kTime = kParts<ServoFrame>[1];
-  CHECK(kTime.offset == offsetof(ServoFrame, object_impulse_time_W));
-  CHECK(kTime.element == sizeof(Wrench));
-  CHECK(kTime.most == kMaxObjects);
-  CHECK(kTime.count == offsetof(ServoFrame, n_pushable));
+  constexpr RecordPart kSeen = kParts<SceneFrame>[3];
+  CHECK(kSeen.offset == offsetof(SceneFrame, seen));
+  CHECK(kSeen.element == sizeof(SeenPush));
+  CHECK(kSeen.most == kMaxBodies * kMostHands);
 }
 
 }  // namespace haptic

@@ -16,7 +16,8 @@ constexpr double kRadius = 2e-3;
 /// A floor at z = 0 of object 0 and a wall at x = 0 of object 1, each known for half a millimetre.
 ContactSet corner() {
   ContactSet set{};
-  set.n_contacts = 2;
+  set.contacts.resize(2);
+  set.objects.resize(2);
   set.contacts[0].normal_O = {0, 0, 1};
   set.contacts[1].normal_O = {1, 0, 0};
   set.contacts[1].object = 1;
@@ -25,7 +26,10 @@ ContactSet corner() {
 }
 
 TickScene at_rest() {
-  return {};
+  TickScene scene;
+  scene.X_WO.resize(2);
+  scene.V_WO.resize(2);
+  return scene;
 }
 
 }  // namespace
@@ -48,7 +52,7 @@ TEST_CASE("free region: a sphere keeps its radius", "[servo]") {
 
 TEST_CASE("free region: planes go along with their object, and bound nothing while it moves",
           "[servo]") {
-  TickScene scene;
+  TickScene scene = at_rest();
   scene.X_WO[1].p = {0.1, 0, 0};
   CHECK_FALSE(holds(free_region(corner(), scene, 0), {0.09, 0, 0}));
   CHECK(holds(free_region(corner(), scene, 0), {0.11, 0, 0}));

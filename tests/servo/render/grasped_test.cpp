@@ -24,12 +24,15 @@ struct HeldPoint {
 
   HeldPoint() {
     set->renderer = static_cast<uint32_t>(Renderer::kGodObject3);
-    set->n_objects = 1;
+    set->objects.resize(1);
+    scene.X_WO.resize(1);
+    scene.V_WO.resize(1);
     const Vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (uint32_t i = 0; i < 3; ++i) {
-      Contact& row = set->contacts[set->n_contacts++];
+      GuideRow row{};
       row.normal_O = axes[i];
-      row.feature = guide_feature(i);
+      row.row = i;
+      set->guides.push_back(row);
     }
   }
   Hold tick(bool is_wanted, bool stands = false) {

@@ -76,9 +76,9 @@ TEST_CASE("servo: a tool that never enters an object feels the coupling alone", 
   CHECK((f.flags & kServoSolverLimit) == 0);
   CHECK(f.n_contacts >= 1);
   // the objects are pushed with the force that the hand feels
-  const Wrench before = session.state.pushes.impulse_W[0];
+  const Wrench before = session.state.pushes.objects[0].impulse_W;
   f = session.tick({0, 0, -depth});
-  const Wrench after = session.state.pushes.impulse_W[0];
+  const Wrench after = session.state.pushes.objects[0].impulse_W;
   CHECK_THAT((after.f - before.f) / 1e-3, IsNear(-f.F_coupling_W.f, 1e-6));
   CHECK_THAT((after.t - before.t) / 1e-3, IsNear(-f.F_coupling_W.t, 1e-6));
 }
@@ -101,7 +101,8 @@ TEST_CASE("servo: what a rigid tool meets without the hand's motion comes slowly
 TEST_CASE("servo: contacts that come and go at once are felt as a ramp", "[servo][trap]") {
   RigidSession session(*floor_set(Renderer::kGodObject6));
   const double depth = 5e-3, full = kStiffness * depth, most = kMostForceRate * session.model.dt;
-  session.set().n_contacts = 0;
+  const auto corners = session.set().contacts;
+  session.set().contacts.clear();
   double before = session.tick({0, 0, -depth}).F_coupling_W.f.z;
   CHECK(before == 0);
   const auto follow = [&](int ticks, double target) {
@@ -113,7 +114,7 @@ TEST_CASE("servo: contacts that come and go at once are felt as a ramp", "[servo
     }
     CHECK(before == Approx(target));
   };
-  session.set().n_contacts = 4;
+  session.set().contacts = corners;
   follow(static_cast<int>(full / most) + 1, full);
   // the surface moves up and down from one set to the next
   for (const double height : {3e-3, -3e-3}) {
@@ -121,7 +122,7 @@ TEST_CASE("servo: contacts that come and go at once are felt as a ramp", "[servo
     for (uint32_t i = 0; i < 4; ++i) session.set().contacts[i].object_point_O.z = height;
     follow(20, full + kStiffness * height);
   }
-  session.set().n_contacts = 0;
+  session.set().contacts.clear();
   follow(20, 0);
   CHECK(before == 0);
 }

@@ -122,8 +122,8 @@ class Column {
 
  private:
   Pose object_pose(const SceneFrame& scene, uint32_t i, const ServoFrame& frame) const {
-    return scene.n_objects > i ? object_pose_at(scene, i, frame.t_ns, push_of(frame))
-                               : config_.objects[i].X_WO;
+    return scene.objects.size() > i ? object_pose_at(scene, i, frame.t_ns, push_of(frame))
+                                    : config_.objects[i].X_WO;
   }
 
   bool is_free(const ServoFrame& frame) const {
@@ -187,7 +187,7 @@ class Column {
   ToolPoints tool_;
   double layer_;  // distance at which a surface may push [m]
   std::vector<ServoFrame> frames_;
-  std::vector<SceneFrame> scenes_;
+  PackedRecords<SceneFrame> scenes_;
   int64_t written_set_ns_ = -1;
   uint64_t written_scene_ = 0;
   CompareFigures figures_;

@@ -21,10 +21,9 @@ void look_for_orders() {
 }
 
 void spoil(ContactSet& answer, double value) {
-  for (uint32_t i = 0; i < answer.n_contacts; ++i) {
-    answer.contacts[i].object_point_O = {value, value, value};
-    answer.contacts[i].normal_O = {value, value, value};
-    answer.contacts[i].extent = value;
+  for (Contact& contact : answer.contacts) {
+    contact.object_point_O = contact.normal_O = {value, value, value};
+    contact.extent = value;
   }
   answer.X_WG.p = {value, value, value};
   in_force = ContactFault::kHealthy;
@@ -35,8 +34,7 @@ void lie(ContactSet& answer) {
   static std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(-1, 1);
   constexpr double kOff = 20e-3;  // [m]
-  for (uint32_t i = 0; i < answer.n_contacts; ++i) {
-    Contact& plane = answer.contacts[i];
+  for (Contact& plane : answer.contacts) {
     plane.object_point_O += kOff * unit(random) * plane.normal_O;
     const Vec3 tilt{unit(random), unit(random), unit(random)};
     plane.normal_O = plane.shading_normal_O = normalized(plane.normal_O + 0.5 * tilt);

@@ -106,8 +106,7 @@ TEST_CASE("compare: springs in series are F/k deep, a constraint not at all, fre
       const ContactSet set =
           trace.read(Topic<ContactSet>{column_of_comparison(column.name).contact}).back();
       double contact = 0, moment = 0;
-      for (uint32_t i = 0; i < set.n_contacts; ++i) {
-        const Contact& c = set.contacts[i];
+      for (const Contact& c : set.contacts) {
         contact += c.stiffness;
         moment += c.stiffness * (c.tool_point_T.z + kHalf - (c.object_point_O.z - kTop));
       }

@@ -82,9 +82,9 @@ void check_slide(const Proxy& proxy, double stiffness, const Soup& plane, double
 
 /// True if the tool is behind the plane of a contact in the set, for an object at the origin.
 bool is_behind_a_plane(const ServoFrame& f, const ContactSet& set, double radius) {
-  return std::any_of(
-      set.contacts.begin(), set.contacts.begin() + set.n_contacts,
-      [&](const auto& c) { return dot(c.normal_O, c.object_point_O - f.X_WT.p) > -radius; });
+  return std::ranges::any_of(set.contacts, [&](const Contact& c) {
+    return dot(c.normal_O, c.object_point_O - f.X_WT.p) > -radius;
+  });
 }
 
 }  // namespace
@@ -252,7 +252,7 @@ TEST_CASE("god-object: a moving block at 1 m/s pushes the proxy, no pop-through"
     last_top = top;
     if (!is_answered(f, options)) continue;
     REQUIRE(lockstep.contacts() != nullptr);
-    REQUIRE(f.X_WG.p.z >= lockstep.contacts()->X_WO[0].p.z + 0.005);
+    REQUIRE(f.X_WG.p.z >= lockstep.contacts()->objects[0].X_WO.p.z + 0.005);
   }
   // through the hand and far beyond the plate's own thickness, each time
   CHECK(passed >= 9);

@@ -35,9 +35,8 @@ MovingScene scene_of(const std::string& kind) {
 MovingFound judged(const MovingScene& scene, const Pose& X_WG, const Pose& X_WP, double force,
                    uint32_t flags = 0) {
   MovingJudge judge(scene);
-  const std::vector<Pose> X_WO = object_poses(scene, 0);
   auto set = std::make_unique<ContactSet>();
-  std::copy(X_WO.begin(), X_WO.end(), set->X_WO.begin());
+  for (const Pose& X_WO : object_poses(scene, 0)) set->objects.push_back({X_WO, 0});
   set->X_WG = X_WG;
   set->flags = flags;
   ServoFrame frame{};
@@ -124,7 +123,7 @@ TEST_CASE("summary: a rigid tool that was put on the other side of an object is 
     for (const double z : {10.1e-3, to}) {
       VerifiedProxy proxy;
       proxy.X_WG.p.z = z;
-      proxy.X_WO[0] = config.objects[0].X_WO;
+      proxy.X_WO = {config.objects[0].X_WO};
       proxy.renderer = static_cast<uint32_t>(config.renderer);
       proxy.flags = data.proxies.empty() ? 0 : flags;
       data.proxies.push_back(proxy);

@@ -3,6 +3,7 @@
 // short sessions.
 #include "clients/lab/eval/rigid.h"
 
+#include "clients/lab/support/scan.h"
 #include "contact/detect/contact_model.h"
 #include "contact/query/proximity/near_front.h"
 #include "contact/shape/mesh/tool_body.h"

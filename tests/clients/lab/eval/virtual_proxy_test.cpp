@@ -383,7 +383,7 @@ TEST_CASE("virtual proxy: a plate that turns at 1 m/s under the tool does not pa
     before = height;
     if ((f.flags & kServoNoContactSet) != 0) continue;
     // always on the side it came from
-    REQUIRE(height_over(lockstep.contacts()->X_WO[0], f.X_WG.p) >= half + radius);
+    REQUIRE(height_over(lockstep.contacts()->objects[0].X_WO, f.X_WG.p) >= half + radius);
     if (height > radius - 2e-3) continue;
     ++pressed;
     worst = std::max(worst, std::fabs(height_over(X_WO, f.X_WP.p) - half - radius));

@@ -107,11 +107,13 @@ TEST_CASE("admittance: contact that lies does not throw the arm", "[lab]") {
   FaultyRun session;
   session.answer = [&](uint64_t k, ContactSet& set) {
     if (k < 60) return true;
-    set.n_contacts = set.n_active = 1;
-    set.contacts[0] = {};
-    set.contacts[0].normal_O = set.contacts[0].shading_normal_O = {0, 0, 1};
+    Contact lie{};
+    lie.normal_O = lie.shading_normal_O = {0, 0, 1};
     // the plane is 10 cm above the tool, or nowhere
-    set.contacts[0].object_point_O.z = finite ? kTop + 0.13 : std::nan("");
+    lie.object_point_O.z = finite ? kTop + 0.13 : std::nan("");
+    set.contacts.clear();
+    set.contacts.push_back(lie);
+    set.n_active = 1;
     return true;
   };
   const ServoFrame f = session.run(100);

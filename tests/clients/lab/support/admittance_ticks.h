@@ -5,6 +5,7 @@
 
 #include "contact/shape/mesh/primitives.h"
 #include "tests/clients/lab/support/arm_session.h"
+#include "tests/support/scene_frame.h"
 
 namespace haptic::test {
 
@@ -27,8 +28,7 @@ struct ArmTicks {
         contact(build_contact_model(config, std::array{block.view()})),
         contact_state(std::make_unique<ContactState>(contact)) {
     control.armed = 1;
-    scene.n_objects = 1;
-    scene.X_WO[0] = config.objects[0].X_WO;
+    scene.objects.push_back(scene_object(config.objects[0].X_WO));
   }
 
   /// The input of that tick, with the arm's sample.
@@ -42,7 +42,7 @@ struct ArmTicks {
   }
   /// The servo's tick; the arm moves as it is told.
   ServoFrame move(ServoInput input) {
-    scene.t_ns = input.t_ns;
+    set_time(scene, input.t_ns);
     input.scene = &scene;
     input.control = &control;
     input.contacts = set.get();

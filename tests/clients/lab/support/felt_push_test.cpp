@@ -66,7 +66,7 @@ Vec3 into_corner(double t) {
 
 Vec3 momentum(const Lockstep& lockstep) {
   Vec3 sum;
-  for (int i = 0; i < 2; ++i) sum += TwoBoxes::kMass * lockstep.scene().V_WO[i].v;
+  for (size_t i = 0; i < 2; ++i) sum += TwoBoxes::kMass * lockstep.scene().objects[i].V_WO.v;
   return sum;
 }
 

@@ -63,7 +63,7 @@ TEST_CASE("frame: carried through the opening and laid on its pins, never inside
     if (k % 50 == 0 || k + 20 > ticks) {
       ++answers;
       for (size_t i = 0; i < judges.size(); ++i) {
-        REQUIRE_FALSE(judges[i].is_entered(inverse(set->X_WO[i]) * set->X_WG));
+        REQUIRE_FALSE(judges[i].is_entered(inverse(set->objects[i].X_WO) * set->X_WG));
       }
     }
     const double x = set->X_WG.p.x - frame.config.objects[kOpening].X_WO.p.x;

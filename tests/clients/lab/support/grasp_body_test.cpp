@@ -7,6 +7,7 @@
 #include "proto/math/motion_metric.h"
 #include "proto/wire/guide.h"
 #include "proto/wire/renderer.h"
+#include "proto/wire/scene_pose.h"
 #include "tests/clients/lab/support/pushed_body.h"
 #include "tests/support/data.h"
 
@@ -140,9 +141,9 @@ TEST_CASE("grasp: a tool with six degrees of freedom carries a body, and turns i
     REQUIRE((lockstep.frame().flags & kServoFault) == 0);
   }
   const ContactSet& set = *lockstep.contacts();
-  CHECK(set.n_contacts - n_one_sided(set) == 6);
-  const Pose& X_WO = lockstep.scene().X_WO[0];
-  const Twist& V_WO = lockstep.scene().V_WO[0];
+  CHECK(set.guides.size() == 6);
+  const Pose& X_WO = lockstep.scene().objects[0].X_WO;
+  const Twist& V_WO = lockstep.scene().objects[0].V_WO;
   CAPTURE(X_WO.p.x, hand.hand().x, most_turn, force.back());
   if (max_torque == 0) {
     // a twist that nobody feels turns nothing
@@ -156,9 +157,9 @@ TEST_CASE("grasp: a tool with six degrees of freedom carries a body, and turns i
   CHECK(norm(V_WO.w) < 0.05);
   CHECK(largest_step(force, 200) < 0.02);
   // a massless proxy gives what the hand gives, and the body has what sim has seen of it
-  const Vec3 seen = lockstep.scene().responses[0].seen[0].impulse_W.f;
+  const Vec3 seen = seen_of(lockstep.scene(), 0, kFirstHand)->impulse_W.f;
   if (renderer != Renderer::kGodObject6) return;
-  CHECK(norm(given - lockstep.frame().object_impulse_W[0].f) < 1e-12);
+  CHECK(norm(given - lockstep.frame().pushes[0].impulse_W.f) < 1e-12);
   CHECK(norm(seen - kMass * V_WO.v) < 1e-9 * kMass);
 }
 
@@ -247,10 +248,10 @@ TEST_CASE("grasp: what the hand pulls while sim is away does not throw the body"
   double fastest = 0;
   for (int k = 0; k < 8000; ++k) {
     REQUIRE(lockstep.step());
-    fastest = std::max(fastest, norm(lockstep.scene().V_WO[0].v));
+    fastest = std::max(fastest, norm(lockstep.scene().objects[0].V_WO.v));
   }
   // it comes after, at the speed at which the hold takes up what it gave way by
-  const double apart = lockstep.scene().X_WO[0].p.x - 0.03 - (pushed.hand.hand().x - kFace);
+  const double apart = lockstep.scene().objects[0].X_WO.p.x - 0.03 - (pushed.hand.hand().x - kFace);
   CAPTURE(fastest, apart);
   CHECK(fastest < 0.2);
   CHECK(std::fabs(apart) < 2e-3);
@@ -266,7 +267,7 @@ TEST_CASE("scene carry: one block is lifted, laid on the other and brought back"
   }
   const auto hand = open_device(config.device);
   Lockstep lockstep(config, shapes, *hand);
-  const auto block = [&] { return lockstep.scene().X_WO[1].p; };
+  const auto block = [&] { return lockstep.scene().objects[1].X_WO.p; };
   double highest = 0;
   for (int k = 0; k < 16'000 && lockstep.step(); ++k) {
     REQUIRE(norm(lockstep.frame().F_device_B.f) <= config.safety.max_force * (1 + 1e-9));
@@ -277,7 +278,7 @@ TEST_CASE("scene carry: one block is lifted, laid on the other and brought back"
     CAPTURE(block().x, block().y, block().z);
     CHECK(norm(block() - Vec3{0.05, 0.045, 0}) < 5e-3);
     CHECK(std::fabs(block().y - 0.045) < 2e-4);
-    CHECK(norm(lockstep.scene().V_WO[1].v) < 1e-3);
+    CHECK(norm(lockstep.scene().objects[1].V_WO.v) < 1e-3);
   }
   CAPTURE(block().x, block().y, block().z);
   CHECK(norm(block() - Vec3{-0.05, 0.015, 0}) < 5e-3);

@@ -53,7 +53,7 @@ Pressed press(const PushedSession& session, double mass, uint32_t latency) {
   int felt = 0;
   for (int k = 0; k < 1500; ++k) {
     REQUIRE(pushed.lockstep.step());
-    const Twist& V = pushed.lockstep.scene().V_WO[0];
+    const Twist& V = pushed.lockstep.scene().objects[0].V_WO;
     out.most_kinetic =
         std::max(out.most_kinetic, 0.5 * mass * dot(V.v, V.v) + 0.5 * inertia * dot(V.w, V.w));
     const double force = -pushed.lockstep.frame().F_device_B.f.x;

@@ -15,6 +15,7 @@
 #include "contact/bake/session.h"
 #include "device-io/device.h"
 #include "proto/math/units.h"
+#include "proto/wire/scene_pose.h"
 #include "tests/sim/energy_judge.h"
 #include "tests/support/data.h"
 #include "tests/support/torture_scale.h"
@@ -182,14 +183,14 @@ TEST_CASE("scene gearshift: no gear is reached through a wall", "[mechanisms]") 
   ServoFrame hand{};
   hand.t_ns = hand.impulses_since_ns = 1'000'000'000;
   SceneFrame scene = sim_step(model, state, {&hand}, hand.t_ns);
+  hand.pushes.resize(scene.responses.size());
+  auto& [J, S] = hand.pushes[scene.objects[pin].response];
   double outside = 0, most_x = 0, most_z = 0;
   for (int way = 0; way < 40; ++way) {
     // directions that no lane has, in an order that visits neutral and gears
     const double a = 2 * std::numbers::pi * 0.6180339887 * way;
     const Vec3 force_W = strength * Vec3{std::cos(a), 0, std::sin(a)};
     for (int k = 0; k < 120; ++k) {
-      Wrench& J = hand.object_impulse_W[pin];
-      Wrench& S = hand.object_impulse_time_W[pin];
       S = S + 1e-3 * J + Wrench{5e-7 * force_W, {}};
       J.f += 1e-3 * force_W;
       hand.t_ns += 1'000'000;
@@ -213,7 +214,7 @@ TEST_CASE("scene heap: what the hand pushes falls, and nothing falls for ever", 
   const SceneFrame& scene = heap.lockstep.scene();
   int moved = 0;
   for (uint32_t i = 2; i < heap.config.n_objects; ++i) {
-    const Vec3& p = scene.X_WO[i].p;
+    const Vec3& p = scene.objects[i].X_WO.p;
     CAPTURE(i, p.x, p.y, p.z);
     moved += norm(p - heap.config.objects[i].X_WO.p) > 0.01 ? 1 : 0;
     // nothing sinks into the table; what has fallen may slide below it
@@ -226,7 +227,7 @@ TEST_CASE("scene heap: what the hand pushes falls, and nothing falls for ever", 
   }
   CHECK(moved >= 3);
   // the upper box has come down
-  CHECK(scene.X_WO[7].p.y < 0.06);
+  CHECK(scene.objects[7].X_WO.p.y < 0.06);
 }
 
 TEST_CASE("bodies: a ring falls over a post, since it collides as its convex pieces",
@@ -252,7 +253,7 @@ TEST_CASE("bodies: a ring falls over a post, since it collides as its convex pie
   SceneFrame scene{};
   for (int64_t k = 0; k <= 400; ++k) scene = sim_step(model, state, 1'000'000'000 + k * 1'000'000);
   // without them it is its hull, and lies on the post
-  CHECK(scene.X_WO[2].p.z == Approx(has_pieces ? 5e-3 : 45e-3).margin(0.2e-3));
+  CHECK(scene.objects[2].X_WO.p.z == Approx(has_pieces ? 5e-3 : 45e-3).margin(0.2e-3));
 }
 
 TEST_CASE("scenes with bodies: they have no more energy than the hand gives them",
@@ -288,8 +289,8 @@ TEST_CASE("scenes with bodies: they have no more energy than the hand gives them
     const double dt = 1e-9 * static_cast<double>(scene.t_ns - last.t_ns);
     for (const JudgedBody& body : bodies) {
       const uint32_t i = body.object;
-      const Wrench J = scene.responses[i].seen[0].impulse_W + -last.responses[i].seen[0].impulse_W;
-      const Twist way = way_between(last.X_WO[i], scene.X_WO[i]);
+      const Wrench J = seen_of(scene, i, 0)->impulse_W + -seen_of(last, i, 0)->impulse_W;
+      const Twist way = way_between(last.objects[i].X_WO, scene.objects[i].X_WO);
       given += 1 / dt * (dot(J.f, way.v) + dot(J.t, way.w));
     }
     judge.add(scene, given);

@@ -13,6 +13,7 @@
 #include "contact/shape/baked/mesh_shape.h"
 #include "device-io/device.h"
 #include "proto/wire/guide.h"
+#include "proto/wire/scene_pose.h"
 
 /// A hand that pushes a box along x, through the session's own steps and, beside it, by an
 /// integration of the same equations in steps of 20 µs that shares nothing with them.
@@ -162,8 +163,9 @@ inline Integrated integrate(HandModel hand, double stiffness, double mass, bool 
 inline double check_balance(Lockstep& lockstep, double mass, double given, double forgotten = 0) {
   for (int k = 0; k < 5; ++k) lockstep.step();  // nothing touches any more
   const SceneFrame& scene = lockstep.scene();
-  forgotten += lockstep.frame().forgotten_impulse_W.x + scene.responses[0].seen[0].forgotten_W.x;
-  const double has = mass * scene.V_WO[0].v.x;
+  forgotten += lockstep.frame().forgotten_impulse_W.x;
+  forgotten += seen_of(scene, 0, kFirstHand)->forgotten_W.x;
+  const double has = mass * scene.objects[0].V_WO.v.x;
   CAPTURE(given, forgotten, has);
   const double most = std::max({std::fabs(given), std::fabs(forgotten), std::fabs(has)});
   REQUIRE(most > 1e-3);

@@ -90,7 +90,7 @@ TEST_CASE("pushed body: a tap returns no more energy than one against a fixed wa
     Pushed pushed(session, flying_hand(), latency);
     felt(pushed.lockstep, kTicks);
     const HandModel& now = pushed.hand.hand();
-    const double body = is_free ? pushed.lockstep.scene().V_WO[0].v.x : 0;
+    const double body = is_free ? pushed.lockstep.scene().objects[0].V_WO.v.x : 0;
     return (kinetic(now.mass, now.v) + kinetic(mass, body)) / kinetic(now.mass, 0.3);
   };
   CHECK(after_over_before(true) <= 1.01 * after_over_before(false));
@@ -113,9 +113,9 @@ TEST_CASE("pushed body: what the hand gives is what the body has, whoever is kil
     if (k == 260 && kills_servo) {
       // said in the servo's last frame, and by sim how much of it has been taken up
       const ServoFrame& last = lockstep.frame();
-      const SeenPush& seen = lockstep.scene().responses[0].seen[0];
+      const Vec3 seen_W = seen_of(lockstep.scene(), 0, kFirstHand)->impulse_W.f;
       forgotten_before = last.forgotten_impulse_W.x;
-      if (kill > 260 - 220) forgotten_before += (last.object_impulse_W[0].f - seen.impulse_W.f).x;
+      if (kill > 260 - 220) forgotten_before += (last.pushes[0].impulse_W.f - seen_W).x;
       lockstep.restart_servo();
       lockstep.control().armed = 1;
     }

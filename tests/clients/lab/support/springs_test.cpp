@@ -46,9 +46,8 @@ struct Row {
 /// The rows of a set as contact has published it, after a motion from its X_WG.
 std::vector<Row> rows_of(const ContactSet& set, const Twist& a) {
   std::vector<Row> rows;
-  for (uint32_t i = 0; i < set.n_contacts; ++i) {
-    const Contact& c = set.contacts[i];
-    const Pose& X_WO = set.X_WO[c.object];
+  for (const Contact& c : set.contacts) {
+    const Pose& X_WO = set.objects[c.object].X_WO;
     const Vec3 normal = rotate(X_WO.q, c.normal_O), lever = rotate(set.X_WG.q, c.tool_point_T);
     const Vec3 point = set.X_WG.p + lever + a.v + cross(a.w, lever);
     rows.push_back({{normal, cross(lever, normal)}, dot(normal, point - X_WO * c.object_point_O)});

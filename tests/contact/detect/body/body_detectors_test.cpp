@@ -40,7 +40,7 @@ TEST_CASE("body detectors: a ball in a block is pushed out, by triangles, voxels
       GENERATE(Renderer::kDirect6, Renderer::kVoxel, Renderer::kLocalized, Renderer::kSensation);
   Bench bench(ball_over_block(renderer));
   const auto set = bench.answer({0.01, 0.02, 0.0095}, renderer);
-  CAPTURE(set->n_contacts, set->flags);
+  CAPTURE(set->contacts.size(), set->flags);
   REQUIRE(set->n_active > 0);
   CHECK((set->flags & kContactNoDetector) == 0);
   CHECK(set->contacts[0].normal_O.z > 0.99);
@@ -70,7 +70,7 @@ TEST_CASE("body detectors: what a session lacks is flagged, and nothing is rende
     const auto set = bench.answer({0, 0, 0.0095}, Renderer::kVoxel);
     CHECK((set->flags & kContactNoDetector) != 0);
     CHECK((set->flags & kContactNoFreePose) != 0);
-    CHECK(set->n_contacts == 0);
+    CHECK(set->contacts.size() == 0);
     CHECK((bench.answer({0, 0, 0.0095}, Renderer::kSensation)->flags & kContactNoDetector) != 0);
   }
   config.voxel.is_wanted = config.pieces.is_wanted = 1;

@@ -49,6 +49,8 @@ struct ClearPair {
     VoxelState all(voxel);
     BodyQuestion question;
     question.X_WT = X_WT;
+    question.X_WO.resize(1);
+    question.V_WO.resize(1);
     question.reach = kVoxel;
     const auto set = std::make_unique<ContactSet>();
     detect_voxel(voxel, all, question, *set);

@@ -58,7 +58,8 @@ struct Detector {
     *set = {};
     BodyQuestion question;
     question.X_WT = X_WT;
-    question.X_WO[0] = X_WO;
+    question.X_WO = {X_WO};
+    question.V_WO.resize(1);
     question.reach = kReach;
     const MeshShape object = pair.object.view();
     detect_pieces(pair.model, refine, {{&object, 1}, pair.tool.view()}, state, question, *set);
@@ -74,7 +75,7 @@ double depth_of(const Contact& c, const Pose& X_WT, const Pose& X_WO = {}) {
 /// Of the contacts that push, about the tool's origin.
 Wrench piece_wrench(const ContactSet& set, const Pose& X_WT, const Pose& X_WO = {}) {
   Wrench sum{};
-  for (uint32_t i = 0; i < set.n_contacts; ++i) {
+  for (uint32_t i = 0; i < set.contacts.size(); ++i) {
     const Contact& c = set.contacts[i];
     const double depth = depth_of(c, X_WT, X_WO);
     if (!(depth > 0)) continue;
@@ -108,9 +109,9 @@ TEST_CASE("pieces: a cube pressed on a plate pushes as its four corners do") {
   for (const double depth : {0.05e-3, 0.2e-3, 0.4e-3}) {
     const Pose X_WT{{0.01, 0.02, 0.02 - depth}, {}};
     const ContactSet& set = detector.at(X_WT);
-    CHECK(set.n_contacts == 4);
+    CHECK(set.contacts.size() == 4);
     CHECK(set.n_active == 4);
-    for (uint32_t i = 0; i < set.n_contacts; ++i) {
+    for (uint32_t i = 0; i < set.contacts.size(); ++i) {
       const Contact& c = set.contacts[i];
       CHECK(depth_of(c, X_WT) == Approx(depth));
       CHECK(c.normal_O.z == Approx(1));
@@ -144,14 +145,14 @@ TEST_CASE("pieces: while still apart a contact has the depth that it will have, 
     const ContactSet& set = detector.at(X_WT);
     CAPTURE(height);
     if (height > kReach + 1e-9) {
-      CHECK(set.n_contacts == 0);
+      CHECK(set.contacts.size() == 0);
       continue;
     }
     if (height > kReach - 1e-9) continue;
-    REQUIRE(set.n_contacts >= 1);
+    REQUIRE(set.contacts.size() >= 1);
     was_reported = true;
     double deepest = -1;
-    for (uint32_t k = 0; k < set.n_contacts; ++k) {
+    for (uint32_t k = 0; k < set.contacts.size(); ++k) {
       deepest = std::max(deepest, depth_of(set.contacts[k], X_WT));
       CHECK(set.contacts[k].normal_O.z == Approx(1));
     }

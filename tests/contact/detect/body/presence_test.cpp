@@ -243,10 +243,12 @@ class Pieces {
 
   const ContactSet& at(const Pose& X_OT) {
     *set_ = {};
-    set_->n_objects = 1;
+    set_->objects.resize(1);
     set_->X_WT = X_OT;
     BodyQuestion question;
     question.X_WT = X_OT;
+    question.X_WO.resize(1);
+    question.V_WO.resize(1);
     question.reach = kAhead;
     refine_.spread = model_.refine.spread;
     const MeshShape shape = object_.shape.view();
@@ -340,6 +342,8 @@ Felt feel(const Stroke& stroke, SoftSolver solver, int age, const Ask& ask) {
   model.solver = solver;
   BodyTick tick;
   tick.tool.radius = 0.03;
+  tick.X_WO.resize(1);
+  tick.V_WO.resize(1);
   tick.coupling = {2000, 5, 2, 0.005, 0, 0};
   SoftProxyState state;
   const auto set = std::make_unique<ContactSet>();
@@ -353,7 +357,7 @@ Felt feel(const Stroke& stroke, SoftSolver solver, int age, const Ask& ask) {
       const Pose X_OT = at_hand ? hand.X_WT : state.proxy.X_WT;
       *set = {};
       ask(X_OT, *set);
-      set->n_objects = 1;
+      set->objects.resize(1);
       set->X_WT = X_OT;
     }
     tick.hand = hand;
@@ -379,9 +383,9 @@ void add_judged(const Body& object, const Body& tool, const Pose& X_OT, ContactS
   const ExactAnswer found = exact_contacts(object.shape.view(), tool.shape.view(), X_OT, options,
                                            memory, {pairs, pushes}, clusters);
   for (size_t i = 0; i < found.n_clusters; ++i) {
-    set.contacts[set.n_contacts++] = contact_of(clusters[i], 0, {}, X_OT);
+    set.contacts.push_back(contact_of(clusters[i], 0, {}, X_OT));
   }
-  set.n_active = set.n_contacts;
+  set.n_active = static_cast<uint32_t>(set.contacts.size());
 }
 
 }  // namespace

@@ -32,12 +32,13 @@ struct Scene {
     model.objects = objects;
     model.reading = reading;
     model.force = {500, 10};
-    question.X_WO[1].p = {0.2, 0, 0};
+    question.X_WO = {{}, {{0.2, 0, 0}, {}}};
+    question.V_WO.resize(2);
   }
   std::unique_ptr<ContactSet> ask(VoxelState& state) const {
     auto set = std::make_unique<ContactSet>();
     set->X_WT = question.X_WT;
-    set->X_WO = question.X_WO;
+    for (const Pose& X_WO : question.X_WO) set->objects.push_back({X_WO, 0});
     detect_voxel(model, state, question, *set);
     return set;
   }
@@ -58,7 +59,7 @@ TEST_CASE("voxel: clusters and the linearised wrench tell of the same force", "[
     const Vec3 turn = flat ? std::acos(u.z) * normalized(Vec3{-u.y, u.x, 0}) : random.direction();
     scene.question.X_WT = {(kRadius + 0.009) * u, from_rotation_vector(turn)};
     const auto set = scene.ask(state);
-    REQUIRE(set->n_contacts <= kMaxContacts);
+    REQUIRE(set->contacts.size() <= kMaxContacts);
     if (set->n_active == 0) continue;
     ++pressed;
     REQUIRE(set->wrench_object == 0);
@@ -76,6 +77,8 @@ TEST_CASE("voxel: clusters and the linearised wrench tell of the same force", "[
     // the servo's part: springs and rest reproduce it
     ToolBody tool = kUnknownTool;
     SoftCarry carry;
+    carry.X_WO = scene.question.X_WO;
+    carry.V_WO.resize(2);
     const SoftContacts contacts = carry_soft_contacts(*set, tool, carry);
     const Wrench again =
         soft_contact_wrench(contacts.view(), {scene.question.X_WT, {}}).F_W +
@@ -120,9 +123,9 @@ TEST_CASE("voxel: what approaches is reported, and pushes nothing", "[contact]")
   scene.question.reach = 2e-3;
   const auto set = scene.ask(state);
   CHECK(set->n_active == 0);
-  REQUIRE(set->n_contacts > 0);
+  REQUIRE(set->contacts.size() > 0);
   CHECK(set->trust_radius == 0);
-  for (uint32_t i = 0; i < set->n_contacts; ++i) {
+  for (uint32_t i = 0; i < set->contacts.size(); ++i) {
     const Contact& c = set->contacts[i];
     CHECK(dot(c.normal_O, c.object_point_O - scene.question.X_WT * c.tool_point_T) < 0);
   }
@@ -138,7 +141,7 @@ TEST_CASE("voxel: the object pressed hardest comes first", "[contact]") {
   REQUIRE(set->n_active >= 2);
   const uint32_t first = set->wrench_object;
   bool others = false;
-  for (uint32_t i = 0; i < set->n_contacts; ++i) {
+  for (uint32_t i = 0; i < set->contacts.size(); ++i) {
     others |= set->contacts[i].object != first;
     if (others) CHECK(set->contacts[i].object != first);
   }
@@ -153,7 +156,7 @@ TEST_CASE("voxel: a short budget is flagged and holds", "[contact]") {
   const auto set = scene.ask(state);
   CHECK((set->flags & kContactIterationLimit) != 0);
   CHECK(state.tested <= 100);
-  CHECK(set->n_contacts > 0);
+  CHECK(set->contacts.size() > 0);
 }
 
 TEST_CASE("voxel: a box on a plane is n times as stiff, and at most ten points",
@@ -182,10 +185,15 @@ TEST_CASE("voxel: a box on a plane is n times as stiff, and at most ten points",
     const auto force_at = [&](double depth) {
       BodyQuestion question;
       question.X_WT.p = {-0.02, -0.02, height - depth};
+      question.X_WO.resize(1);
+      question.V_WO.resize(1);
       const auto set = std::make_unique<ContactSet>();
+      set->objects.resize(1);
       detect_voxel(model, state, question, *set);
       // the wrench of the servo's springs
       SoftCarry carry;
+      carry.X_WO.resize(1);
+      carry.V_WO.resize(1);
       set->X_WT = question.X_WT;
       const SoftContacts contacts = carry_soft_contacts(*set, {}, carry);
       const double springs = soft_contact_wrench(contacts.view(), {question.X_WT, {}}).F_W.f.z;
@@ -215,6 +223,8 @@ TEST_CASE("voxel: the linearised wrench against asking again within the trust ra
   model.force = {5, 1e9, 1e-3};
   VoxelState state(model);
   BodyQuestion question;
+  question.X_WO.resize(1);
+  question.V_WO.resize(1);
   const auto ask = [&](const Pose& X_WT) {
     question.X_WT = X_WT;
     auto set = std::make_unique<ContactSet>();
@@ -251,7 +261,7 @@ TEST_CASE("voxel: what approaches is braked before it touches, by the relative v
   scene.question.reach = 3e-3;
   scene.question.V_WO[0].v = {0, 0, 0.1};
   const auto near = scene.ask(state);
-  REQUIRE(near->n_contacts > 0);
+  REQUIRE(near->contacts.size() > 0);
   CHECK(near->n_active == 0);
   CHECK(near->F0_W == Wrench{});
   CHECK(near->wrench_object == 0);
@@ -283,7 +293,7 @@ TEST_CASE("voxel: seen from anywhere it is the same", "[contact][trap]") {
   }
   scene.question.V_WT = {rotate(X.q, here.V_WT.v), rotate(X.q, here.V_WT.w)};
   const auto b = ask();
-  REQUIRE(b->n_contacts == a->n_contacts);
+  REQUIRE(b->contacts.size() == a->contacts.size());
   const double force = norm(a->F0_W.f);
   CHECK_THAT(b->F0_W.f, IsNear(rotate(X.q, a->F0_W.f), 1e-5 * force));
   CHECK_THAT(b->F0_W.t, IsNear(rotate(X.q, a->F0_W.t), 1e-5 * force * 0.02));
@@ -297,7 +307,7 @@ TEST_CASE("voxel: seen from anywhere it is the same", "[contact][trap]") {
     CHECK(std::fabs(b->K[i] - K.a[i]) <= 1e-4 * 5000);
     CHECK(std::fabs(b->B[i] - B.a[i]) <= 1e-4 * (1 + std::fabs(B.a[0])));
   }
-  for (uint32_t i = 0; i < a->n_contacts; ++i) {
+  for (uint32_t i = 0; i < a->contacts.size(); ++i) {
     CHECK_THAT(b->contacts[i].object_point_O, IsNear(a->contacts[i].object_point_O, 1e-6));
   }
 }

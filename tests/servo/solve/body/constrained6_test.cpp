@@ -44,7 +44,7 @@ TEST_CASE("constrained6: a pulled box rests on four corners", "[servo]") {
   loop.materials = materials;
   loop.tick.tool.centre_T = {0.003, -0.002, 0.001};
   const auto floor = rigid_set({{0, 0, 0.02}, {}}, corners_on_floor(0.02, -0.02));
-  BodySolution out;
+  BodySolution out(loop.tick);
   for (int i = 0; i < 2000; ++i) out = loop.hold({{0, 0, 0.015}, {}}, *floor);
   const Pose rest = out.proxy.X_WT;
   CHECK_THAT(rest.p, IsNear({0, 0, 0.02}, 1e-9));
@@ -68,7 +68,7 @@ TEST_CASE("constrained6: sticks within the cone of friction and slides at its ed
   const Vec3 start{0, 0, 0.002};
   const auto floor = rigid_set({start, {}}, corners_on_floor(0.02, -0.002));
   const double pull = 3e-3;
-  BodySolution out;
+  BodySolution out(loop.tick);
   loop.hold({start, {}}, *floor);
   // an incline seen from the box: the pull grows slowly in a constant direction
   const auto hand_at = [&](int i) {
@@ -143,7 +143,7 @@ TEST_CASE("constrained6: pivoting leads the body as the solver of friction does 
     const ToolMotion hand{moved(X_WG, {5e-3 * random.direction(), 0.1 * random.direction()}), V};
     RigidLoop loops[] = {constrained(), constrained()};
     loops[1].model.solver = RigidSolver::kLcp;
-    BodySolution out[2];
+    BodySolution out[] = {BodySolution(loops[0].tick), BodySolution(loops[1].tick)};
     for (int tick = 0; tick < 5; ++tick) {
       for (size_t k = 0; k < 2; ++k) {
         RigidLoop& loop = loops[k];
@@ -179,7 +179,7 @@ TEST_CASE("constrained6: where pivoting finds no answer the other solver does", 
   RigidLoop loops[] = {constrained(), constrained()};
   loops[1].model.solver = RigidSolver::kLcp;
   for (int tick = 0; tick < 500; ++tick) {
-    BodySolution out[2];
+    BodySolution out[] = {BodySolution(loops[0].tick), BodySolution(loops[1].tick)};
     for (size_t k = 0; k < 2; ++k) out[k] = loops[k].hold({{0, 0, -0.01}, {}}, *set);
     REQUIRE(std::fabs(out[1].proxy.X_WT.p.z) < 1e-6);
     REQUIRE_THAT(out[1].F_hand_W.f, IsNear(out[0].F_hand_W.f, 1e-3));
@@ -228,7 +228,7 @@ TEST_CASE("constrained6: free of contacts it turns on, and follows the hand", "[
   led.tick.tool.centre_T = {0.01, 0, 0.02};
   const Pose hand{{0.01, 0.02, 0.03}, from_rotation_vector({0.3, 0, 0.4})};
   led.hold(Pose{}, *none);
-  BodySolution out;
+  BodySolution out(led.tick);
   for (int i = 0; i < 3000; ++i) out = led.hold(hand, *none);
   CHECK_THAT(out.proxy.X_WT.p, IsNear(hand.p, 1e-6));
   CHECK_THAT(way_between(out.proxy.X_WT, hand).w, IsNear({}, 1e-6));

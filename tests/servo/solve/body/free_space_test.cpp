@@ -24,7 +24,7 @@ std::unique_ptr<ContactSet> empty_set(double clearance) {
   auto set = set_of({});
   set->renderer = static_cast<uint32_t>(Renderer::kVoxel);
   set->tool = {0.1, {1e-4, 1e-4, 1e-4}, {}, 0.02};
-  set->clearance.fill(clearance);
+  set->objects[0].clearance = clearance;
   return set;
 }
 
@@ -72,18 +72,19 @@ TEST_CASE("free space: what is left is what no point of the ball has moved", "[s
   size_t n_free = 0;
   for (size_t trial = 0; trial < 2000; ++trial) {
     auto set = empty_set(random.uniform(0, 0.05));
-    set->n_objects = 2;
-    std::array<Pose, kMaxObjects> X_WO;
+    set->objects.resize(2);
+    auto& seen = set->objects;
+    std::array<Pose, 2> X_WO;
     const auto near = [&](const Pose& X, double size) {
       return Pose{X.p + size * random.direction(),
                   normalized(from_rotation_vector(20 * size * random.direction()) * X.q)};
     };
     for (size_t i = 0; i < 2; ++i) {
-      set->X_WO[i] = near({}, 0.1);
-      X_WO[i] = near(set->X_WO[i], random.uniform(0, 0.01));
+      seen[i].X_WO = near({}, 0.1);
+      X_WO[i] = near(seen[i].X_WO, random.uniform(0, 0.01));
     }
     set->X_WG = near({}, 0.1);
-    set->clearance[1] = random.uniform(0.5, 2) * set->clearance[0];
+    seen[1].clearance = random.uniform(0.5, 2) * seen[0].clearance;
     const Pose X_WT = near(set->X_WG, random.uniform(0, 0.02));
     const FreeSpace space(*set, tool, X_WO);
     const Pose X_WC = motion_of_centre(tool, {X_WT, {}}).X_WC;
@@ -93,9 +94,9 @@ TEST_CASE("free space: what is left is what no point of the ball has moved", "[s
     for (int k = 0; k < 20; ++k) {
       const Vec3 p_T = tool.centre_T + tool.radius * random.direction();
       for (size_t i = 0; i < 2; ++i) {
-        const Vec3 then = inverse(set->X_WO[i]) * (set->X_WG * p_T);
+        const Vec3 then = inverse(seen[i].X_WO) * (set->X_WG * p_T);
         const Vec3 now = inverse(X_WO[i]) * (X_WT * p_T);
-        REQUIRE(norm(now - then) + left <= set->clearance[i] + 1e-12);
+        REQUIRE(norm(now - then) + left <= seen[i].clearance + 1e-12);
       }
     }
   }
@@ -169,7 +170,7 @@ TEST_CASE("free space: while contact is away a hand is caught up with, however f
 
 TEST_CASE("free space: what an object has moved is used up", "[servo]") {
   auto set = empty_set(0.05);
-  std::array<Pose, kMaxObjects> X_WO;
+  std::array<Pose, 1> X_WO;
   CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.05));
   X_WO[0].p.x = 0.01;
   CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.04));
@@ -179,29 +180,29 @@ TEST_CASE("free space: what an object has moved is used up", "[servo]") {
 
 TEST_CASE("free space: an object far away that moves uses up its own clearance alone", "[servo]") {
   auto set = empty_set(0.005);
-  set->n_objects = 2;
-  set->clearance[1] = 0.4;
-  std::array<Pose, kMaxObjects> X_WO;
+  set->objects.push_back({{}, 0.4});
+  std::array<Pose, 2> X_WO;
   X_WO[1].p.x = 0.02;
   CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.005));
   X_WO[1].p.x = 0.398;
   CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.002));
-  // no free space if the clearance of an object is unknown, or without objects
-  set->clearance[0] = 0;
+  // no free space if the place or the clearance of an object is unknown, or without objects
+  CHECK_FALSE(FreeSpace(*set, {}, std::span(X_WO).first(1)).left_at({}) > 0);
+  set->objects[0].clearance = 0;
   CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
-  set->n_objects = 0;
+  set->objects.clear();
   CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
 }
 
 TEST_CASE("free space: nothing that is not a number makes a place free", "[servo][trap]") {
   auto set = empty_set(1);
-  const std::array<Pose, kMaxObjects> X_WO{};
+  const std::array<Pose, 1> X_WO{};
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
   set->X_WG.p.x = nan;
   CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
   set->X_WG.p.x = 0;
   CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({{nan, 0, 0}, {}}) > 0);
-  set->clearance[0] = nan;
+  set->objects[0].clearance = nan;
   CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
 }

@@ -22,9 +22,9 @@ Patch make_patch(uint64_t seed, double tilt, const Pose& X_WO) {
   Patch patch;
   patch.tool.centre_T = {1e-3, 2e-3, 5e-3};
   patch.set.X_WT = {{0.01, 0.02, 0.03}, from_rotation_vector({0.2, -0.1, 0.3})};
-  patch.set.n_objects = 2;
+  patch.set.objects.resize(2);
   patch.set.wrench_object = 1;
-  patch.set.X_WO[1] = X_WO;
+  patch.set.objects[1].X_WO = X_WO;
   patch.set.trust_radius = 1e-3;
   for (int i = 0; i < 60; ++i) {
     const Vec3 at = patch.set.X_WT.p + 0.02 * random.in_box({-1, -1, -0.1}, {1, 1, 0.1});
@@ -37,7 +37,8 @@ Patch make_patch(uint64_t seed, double tilt, const Pose& X_WO) {
   std::array<PushCluster, 16> clusters;
   ClusterMemory memory;
   const size_t n = cluster_pushes(patch.pushes, {1e-2, 0.5}, memory, clusters);
-  patch.set.n_contacts = patch.set.n_active = static_cast<uint32_t>(n);
+  patch.set.contacts.resize(n);
+  patch.set.n_active = static_cast<uint32_t>(n);
   const Pose X_OW = inverse(X_WO), X_TW = inverse(patch.set.X_WT);
   for (size_t i = 0; i < n; ++i) {
     Contact& c = patch.set.contacts[i];
@@ -48,6 +49,13 @@ Patch make_patch(uint64_t seed, double tilt, const Pose& X_WO) {
     c.stiffness = clusters[i].stiffness;
   }
   return patch;
+}
+
+SoftCarry carry_at(const Pose& X_WO = {}) {
+  SoftCarry carry;
+  carry.X_WO = {Pose{}, X_WO};
+  carry.V_WO.resize(2);
+  return carry;
 }
 
 /// All points as springs that move with the tool, the answer of a new query, about C.
@@ -72,9 +80,7 @@ TEST_CASE("soft contacts: springs and rest are the linearised wrench, against as
   Random random(3);
   const Pose X_WO = random.pose(0.1);
   const Patch patch = make_patch(1, 0.3, X_WO);
-  SoftCarry carry;
-  carry.X_WO[1] = X_WO;
-  const SoftContacts contacts = carry_soft_contacts(patch.set, patch.tool, carry);
+  const SoftContacts contacts = carry_soft_contacts(patch.set, patch.tool, carry_at(X_WO));
   REQUIRE(contacts.finite);
   REQUIRE(contacts.has_rest);
   const Pose X_WC = motion_of_centre(patch.tool, {patch.set.X_WT, {}}).X_WC;
@@ -97,7 +103,7 @@ TEST_CASE("soft contacts: retreat is never attractive", "[servo][trap]") {
   // at 0.5 m/s with contact at 100 Hz the tool is 5 mm from its linearisation
   Random random(4);
   const Patch patch = make_patch(2, 0.2, {});
-  const SoftContacts contacts = carry_soft_contacts(patch.set, patch.tool, {});
+  const SoftContacts contacts = carry_soft_contacts(patch.set, patch.tool, carry_at());
   for (int i = 0; i < 2000; ++i) {
     const double t = random.uniform(0, 10e-3);
     const Vec3 away = normalized(Vec3{0, 0, 1} + 0.5 * random.direction());
@@ -118,9 +124,7 @@ TEST_CASE("soft contacts: they move with their object", "[servo]") {
   const Pose X_WO = random.pose(0.1),
              by = {{0.05, -0.02, 0.01}, from_rotation_vector({0.5, 0.3, -0.2})};
   const Patch patch = make_patch(3, 0.3, X_WO);
-  SoftCarry here, there;
-  here.X_WO[1] = X_WO;
-  there.X_WO[1] = by * X_WO;
+  const SoftCarry here = carry_at(X_WO), there = carry_at(by * X_WO);
   const Pose X_WC = motion_of_centre(patch.tool, {patch.set.X_WT, {}}).X_WC;
   const Pose aside = moved(X_WC, {{1e-5, 0, -2e-5}, {0, 1e-4, 0}});
   const Wrench before =
@@ -134,13 +138,18 @@ TEST_CASE("soft contacts: they move with their object", "[servo]") {
 TEST_CASE("soft contacts: what is not finite gives none", "[servo]") {
   Patch patch = make_patch(4, 0.2, {});
   patch.set.contacts[1].normal_O.x = std::nan("");
-  const SoftContacts bad = carry_soft_contacts(patch.set, patch.tool, {});
+  const SoftContacts bad = carry_soft_contacts(patch.set, patch.tool, carry_at());
   CHECK_FALSE(bad.finite);
   CHECK(bad.size == 0);
   patch = make_patch(4, 0.2, {});
   patch.set.K[3] = std::numeric_limits<double>::infinity();
-  CHECK_FALSE(carry_soft_contacts(patch.set, patch.tool, {}).has_rest);
-  SoftCarry stale;
+  CHECK_FALSE(carry_soft_contacts(patch.set, patch.tool, carry_at()).has_rest);
+  // the object of the wrench, and of the contacts, is not there
+  patch = make_patch(4, 0.2, {});
+  CHECK_FALSE(carry_soft_contacts(patch.set, patch.tool, {}).finite);
+  patch.set.wrench_object = 2;
+  CHECK_FALSE(carry_soft_contacts(patch.set, patch.tool, carry_at()).has_rest);
+  SoftCarry stale = carry_at();
   stale.weight = 0;
   CHECK(carry_soft_contacts(make_patch(4, 0.2, {}).set, patch.tool, stale).size == 0);
 }

@@ -12,8 +12,9 @@ namespace {
 /// A box of 40 mm on a floor at z = 0, touched by n of its points.
 ContactSet floor_contacts(size_t n) {
   ContactSet set{};
-  set.n_objects = 1;
-  set.n_contacts = set.n_active = static_cast<uint32_t>(n);
+  set.objects.resize(1);
+  set.contacts.resize(n);
+  set.n_active = static_cast<uint32_t>(n);
   for (size_t i = 0; i < n; ++i) {
     Contact& c = set.contacts[i];
     const double angle = 2 * 3.14159265358979 * static_cast<double>(i) / static_cast<double>(n);
@@ -33,6 +34,8 @@ SoftProxyModel model_of(SoftSolver solver) {
 
 BodyTick tick_of(const Pose& X_WT, const ContactSet* contacts) {
   BodyTick tick;
+  tick.X_WO.resize(1);
+  tick.V_WO.resize(1);
   tick.hand = {X_WT, {}};
   tick.contacts = contacts;
   tick.coupling = {800, 0.5, 1, 1e-3, 0, 0};
@@ -63,7 +66,7 @@ TEST_CASE("soft proxy: dynamics comes to rest where the equilibrium is", "[servo
   const ContactSet set = floor_contacts(4);
   const Pose X_WT{{0.001, 0, 0.015}, from_rotation_vector({0.02, 0.01, 0})};
   SoftProxyState dynamic, still;
-  BodySolution d, q;
+  BodySolution d(BodyTick{}), q(BodyTick{});
   SoftProxyModel with_mass = model_of(SoftSolver::kPenaltyDynamics);
   with_mass.contact_damping = 1;
   for (int i = 0; i < 4000; ++i) d = held_at(with_mass, dynamic, X_WT, &set);

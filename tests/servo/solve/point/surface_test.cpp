@@ -14,15 +14,21 @@ using namespace haptic::test;
 
 namespace {
 
-const haptic::TickScene kAtOrigin{};
+const haptic::TickScene kAtOrigin = [] {
+  haptic::TickScene scene;
+  scene.X_WO.resize(1);
+  scene.V_WO.resize(1);
+  return scene;
+}();
 
 std::unique_ptr<ContactSet> planes_through(std::initializer_list<Vec3> normals) {
   auto set = std::make_unique<ContactSet>();
   *set = {};
   for (const Vec3& n : normals) {
-    Contact& c = set->contacts[set->n_contacts++];
+    Contact c{};
     c.normal_O = c.shading_normal_O = n;
     c.extent = 1;
+    set->contacts.push_back(c);
   }
   return set;
 }

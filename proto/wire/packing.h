@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <vector>
+
+#include "proto/wire/parts.h"
+
+namespace haptic {
+
+/// How a record with parts (kParts) is packed: the words before the first part, then of each part
+/// its number of values and these.
+template <typename T>
+struct Packing {
+  static constexpr size_t kWords = sizeof(T) / 8;  // of a record that is full
+  static constexpr size_t kFixedBytes = kParts<T>[0].offset;
+  static constexpr size_t kLeastWords = kFixedBytes / 8 + kParts<T>.size();
+
+  /// Parts are whole words, one behind the other, to the end of the record.
+  static constexpr bool is_sound() {
+    size_t end = kFixedBytes;
+    for (const RecordPart& part : kParts<T>) {
+      if (part.offset != end || part.offset % 8 != 0 || part.element % 8 != 0) return false;
+      end += kPartHeader + part.most * part.element;
+    }
+    return end == sizeof(T);
+  }
+
+  /// The bytes of a part that begins here; none if it has more values than its record has room for.
+  static std::optional<size_t> bytes_of(const RecordPart& part, const std::byte* begin) noexcept {
+    uint32_t n;
+    std::memcpy(&n, begin, sizeof n);
+    if (n > part.most) return {};
+    return kPartHeader + n * part.element;
+  }
+
+  /// Calls run(begin, length [bytes]) for each run of words of a record that is packed.
+  template <typename Run>
+  static void for_each_run(const T& value, const Run& run) noexcept {
+    const auto* bytes = reinterpret_cast<const std::byte*>(&value);
+    run(bytes, kFixedBytes);
+    for (const RecordPart& part : kParts<T>) {
+      const std::byte* begin = bytes + part.offset;
+      run(begin, bytes_of(part, begin).value_or(kPartHeader + part.most * part.element));
+    }
+  }
+
+  /// Copies packed words to their places. False, with `out` as it was, where the numbers of values
+  /// do not make that length.
+  static bool unpack(const std::byte* packed, size_t n_words, T& out) noexcept {
+    const std::byte* const end = packed + 8 * n_words;
+    std::array<size_t, kParts<T>.size()> length;
+    const std::byte* at = packed + kFixedBytes;
+    for (size_t k = 0; k < length.size(); ++k) {
+      if (end - at < static_cast<std::ptrdiff_t>(kPartHeader)) return false;
+      const std::optional<size_t> bytes = bytes_of(kParts<T>[k], at);
+      if (!bytes || static_cast<std::ptrdiff_t>(*bytes) > end - at) return false;
+      length[k] = *bytes;
+      at += *bytes;
+    }
+    if (at != end) return false;
+    auto* bytes = reinterpret_cast<std::byte*>(&out);
+    std::memcpy(bytes, packed, kFixedBytes);
+    at = packed + kFixedBytes;
+    for (size_t k = 0; k < length.size(); at += length[k++]) {
+      std::memcpy(bytes + kParts<T>[k].offset, at, length[k]);
+    }
+    return true;
+  }
+};
+
+/// Records with parts, one after the other in memory as a ring holds them.
+template <typename T>
+class PackedRecords {
+ public:
+  void push_back(const T& record) {
+    begins_.push_back(words_.size());
+    Packing<T>::for_each_run(record, [&](const std::byte* begin, size_t length) {
+      const size_t at = words_.size();
+      words_.resize(at + length / 8);
+      std::memcpy(&words_[at], begin, length);
+    });
+  }
+
+  size_t size() const { return begins_.size(); }
+  bool empty() const { return begins_.empty(); }
+  T operator[](size_t i) const {
+    const size_t begin = begins_[i], end = i + 1 < size() ? begins_[i + 1] : words_.size();
+    T record;
+    Packing<T>::unpack(reinterpret_cast<const std::byte*>(&words_[begin]), end - begin, record);
+    return record;
+  }
+  T back() const { return (*this)[size() - 1]; }
+
+ private:
+  std::vector<uint64_t> words_;
+  std::vector<size_t> begins_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <boost/container/static_vector.hpp>
+
+#include "proto/wire/wire.h"
+
+namespace haptic {
+
+/// A value for each object of a scene. It allocates nothing, and costs what the scene has.
+template <typename T>
+using PerObject = boost::container::static_vector<T, kMaxObjects>;
+
+}  // namespace haptic

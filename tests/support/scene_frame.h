@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+
+#include "proto/wire/scene_pose.h"
+#include "proto/wire/wire.h"
+
+namespace haptic::test {
+
+/// An object as sim publishes one that a push does not move.
+inline SceneObject scene_object(const Pose& X_WO = {}, const Twist& V_WO = {}, int64_t t_ns = 0) {
+  return {X_WO, V_WO, t_ns, kExtrapolationNs, kNoResponse, kMovedBySim};
+}
+
+/// Lets a push move an object, which has none of a hand's counters yet, of a session of one hand.
+inline ObjectResponse& add_response(SceneFrame& scene, uint32_t object) {
+  scene.n_hands = 1;
+  scene.objects[object].response = static_cast<uint32_t>(scene.responses.size());
+  scene.responses.push_back({});
+  scene.seen.push_back({});
+  return scene.responses.back();
+}
+
+/// The frame and all its objects are of this instant.
+inline void set_time(SceneFrame& scene, int64_t t_ns) {
+  scene.t_ns = t_ns;
+  for (SceneObject& object : scene.objects) object.t_ns = t_ns;
+}
+
+}  // namespace haptic::test
