@@ -10,7 +10,7 @@ namespace {
 constexpr int kNewtonSteps = 4;        // quadratic: half a radian to rounding
 constexpr double kIndependent = 1e-6;  // sine of the angle to the rows before, in the metric
 
-bool is_sound(const GuideRow& row) {
+bool is_sound_row(const GuideRow& row) {
   return is_finite(row.tool_point_T) && is_finite(row.object_point_O) && is_finite(row.normal_O);
 }
 
@@ -51,7 +51,7 @@ GuideRows guide_rows(const ContactSet& set) {
   if (set.guides.empty()) return {};
   const uint32_t object = set.guides[0].object;
   const bool are_sound = std::ranges::all_of(
-      set.guides, [&](const GuideRow& row) { return row.object == object && is_sound(row); });
+      set.guides, [&](const GuideRow& row) { return row.object == object && is_sound_row(row); });
   return are_sound ? GuideRows{set.guides, object} : GuideRows{};
 }
 

@@ -7,7 +7,7 @@
 
 #include "contact/detect/point_detector.h"
 #include "proto/wire/renderer.h"
-#include "tests/support/in_use.h"
+#include "tests/support/frames.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"

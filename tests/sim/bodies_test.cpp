@@ -10,9 +10,8 @@
 #include "proto/config/out_of_reach.h"
 #include "proto/wire/scene_pose.h"
 #include "tests/sim/body_scene.h"
-#include "tests/support/in_use.h"
+#include "tests/support/frames.h"
 #include "tests/support/near.h"
-#include "tests/support/scene_frame.h"
 
 using namespace haptic;
 using haptic::test::BodyScene;

@@ -8,8 +8,8 @@
 #include "proto/math/units.h"
 #include "proto/wire/scene_pose.h"
 #include "sim/step.h"
+#include "tests/support/frames.h"
 #include "tests/support/near.h"
-#include "tests/support/scene_frame.h"
 
 using namespace haptic;
 using haptic::test::IsNear;

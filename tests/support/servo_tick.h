@@ -6,8 +6,8 @@
 
 #include "proto/math/units.h"
 #include "servo/step.h"
+#include "tests/support/frames.h"
 #include "tests/support/near.h"
-#include "tests/support/scene_frame.h"
 
 namespace haptic::test {
 

@@ -16,7 +16,7 @@
 #include "proto/log/csv.h"
 #include "proto/math/units.h"
 #include "proto/os/message.h"
-#include "tests/support/scene_frame.h"
+#include "tests/support/frames.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/view/layout_reader.h"
 #include "tests/view/socket_client.h"

@@ -16,7 +16,7 @@
 #include "clients/view/viewer.h"
 #include "clients/view/web/http_rules.h"
 #include "proto/wire/parts.h"
-#include "tests/support/scene_frame.h"
+#include "tests/support/frames.h"
 #include "tests/view/layout_reader.h"
 
 namespace haptic {

@@ -90,6 +90,9 @@ QualityProbe::QualityProbe(const QualityRenderer& renderer, const QualityShapes&
   pairs_.resize(kRoom);
   pushes_.resize(kPushesPerPair * kRoom);
   model_.solver = renderer.solver;
+  set_.objects.resize(1);
+  in_force_.X_WO.resize(1);
+  in_force_.V_WO.resize(1);
   in_force_.tool = body_of(tool_.mesh);
   in_force_.coupling = {kToolStiffness, kToolDamping, kToolTurnStiffness, kToolTurnDamping, 0, 0};
   model_.contact_stiffness = kPointStiffness;
@@ -100,6 +103,8 @@ void QualityProbe::detect(const Pose& X_WP, ContactSet& set) {
   set.X_WT = X_WP;
   if (renderer_.detector != QualityDetector::kExact) {
     BodyQuestion question{};
+    question.X_WO.resize(1);
+    question.V_WO.resize(1);
     question.X_WT = X_WP;
     question.reach = voxels_.map.size;
     detect_voxel(voxel_model_, *voxel_state_, question, set);

@@ -50,6 +50,9 @@ function fieldOf(message, path) {
 
 /** Columns whose name, with or without its unit suffix, is a field; every column must be one. */
 function fieldPath(message, column) {
+  // n_LIST is how many values the list has
+  const list = column.startsWith("n_") ? message[column.slice(2).toLowerCase()] : undefined;
+  if (list?.length !== undefined) return `${column.slice(2)}.length`;
   for (let path = column; path.length > 0; path = path.slice(0, Math.max(path.lastIndexOf("_"), 0))) {
     if (fieldOf(message, path) !== undefined) return path;
   }

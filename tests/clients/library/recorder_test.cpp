@@ -18,7 +18,7 @@
 #include "proto/os/realtime.h"
 #include "tests/proto/ipc/served.h"
 #include "tests/support/disk/standing_disk.h"
-#include "tests/support/in_use.h"
+#include "tests/support/frames.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {

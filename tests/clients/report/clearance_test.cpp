@@ -20,8 +20,8 @@
 #include "proto/wire/mapping.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/data.h"
+#include "tests/support/frames.h"
 #include "tests/support/near.h"
-#include "tests/support/scene_frame.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/torture_scale.h"
 

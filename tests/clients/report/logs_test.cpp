@@ -12,7 +12,7 @@
 #include "clients/report/log_info.h"
 #include "proto/log/trace.h"
 #include "proto/math/units.h"
-#include "tests/support/in_use.h"
+#include "tests/support/frames.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {

@@ -18,7 +18,7 @@
 
 #include "clients/lab/support/forked_process.h"
 #include "proto/ipc/ring_source.h"
-#include "tests/support/in_use.h"
+#include "tests/support/frames.h"
 #include "tests/support/self_describing.h"
 #include "tests/support/torture_scale.h"
 

@@ -18,8 +18,8 @@
 
 #include "proto/log/trace.h"
 #include "tests/proto/log/mcap_bytes.h"
+#include "tests/support/frames.h"
 #include "tests/support/hostile_text.h"
-#include "tests/support/in_use.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {

@@ -26,8 +26,8 @@
 #include "proto/log/csv.h"
 #include "proto/log/hand_trace.h"
 #include "tests/support/data.h"
+#include "tests/support/frames.h"
 #include "tests/support/hostile_text.h"
-#include "tests/support/in_use.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/tolerance.h"
 

@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 
 #include "proto/math/units.h"
+#include "tests/support/frames.h"
 #include "tests/support/near.h"
-#include "tests/support/scene_frame.h"
 
 using namespace haptic;
 using haptic::test::IsNear;

@@ -5,7 +5,7 @@
 
 #include "contact/shape/mesh/primitives.h"
 #include "tests/clients/lab/support/arm_session.h"
-#include "tests/support/scene_frame.h"
+#include "tests/support/frames.h"
 
 namespace haptic::test {
 

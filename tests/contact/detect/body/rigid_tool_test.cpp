@@ -5,10 +5,10 @@
 #include <limits>
 
 #include "proto/wire/renderer.h"
+#include "tests/support/frames.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 #include "tests/support/over_block.h"
-#include "tests/support/scene_frame.h"
 
 namespace haptic {
 namespace {

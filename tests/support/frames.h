@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
+#include "proto/wire/packing.h"
 #include "proto/wire/scene_pose.h"
 #include "proto/wire/wire.h"
 
@@ -26,6 +29,16 @@ inline ObjectResponse& add_response(SceneFrame& scene, uint32_t object) {
 inline void set_time(SceneFrame& scene, int64_t t_ns) {
   scene.t_ns = t_ns;
   for (SceneObject& object : scene.objects) object.t_ns = t_ns;
+}
+
+/// What is in use of a record with parts, as a ring holds it. All else of it may be anything.
+template <typename T>
+std::vector<std::byte> bytes_in_use(const T& record) {
+  std::vector<std::byte> bytes;
+  Packing<T>::for_each_run(record, [&](const std::byte* begin, size_t length) {
+    bytes.insert(bytes.end(), begin, begin + length);
+  });
+  return bytes;
 }
 
 }  // namespace haptic::test
