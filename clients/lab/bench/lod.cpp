@@ -60,7 +60,10 @@ Wrench wrench_of(const ContactSet& set, const ServoFrame& servo) {
   SoftProxyModel model;
   model.solver = SoftSolver::kDirect;
   SoftProxyState state;
-  const BodyTick tick{{}, {servo.X_WT, servo.V_WT}, &set, kTick, set.tool, {}};
+  TickScene scene;
+  for (const ObjectSeen& object : set.objects) scene.X_WO.push_back(object.X_WO);
+  scene.V_WO.resize(set.objects.size());
+  const BodyTick tick{scene, {servo.X_WT, servo.V_WT}, &set, kTick, set.tool, {}};
   return solve_soft_proxy(model, state, tick).F_hand_W;
 }
 
@@ -72,9 +75,10 @@ void step(const LodPair& pair, int tick, Course& course) {
   const Twist way = way_between(pair.path(kTick * (tick - 1)), servo.X_WT);
   servo.V_WT = servo.V_WP = {way.v / kTick, way.w / kTick};
   servo.renderer = static_cast<uint32_t>(course.renderer);
-  const auto set = std::make_unique<ContactSet>();
-  const double took =
-      cpu_seconds_of([&] { *set = contact_step(*course.model, *course.state, servo, nullptr); });
+  std::unique_ptr<const ContactSet> set;
+  const double took = cpu_seconds_of([&] {
+    set.reset(new ContactSet(contact_step(*course.model, *course.state, servo, nullptr)));
+  });
   if (tick < 0) return;
   course.times.push_back(took);
   course.n_cut += (set->flags & kContactIterationLimit) != 0;

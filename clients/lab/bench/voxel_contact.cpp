@@ -142,6 +142,8 @@ struct Contest {
   /// CPU time of a step [s].
   double step(VoxelState& state, const Pose& X_OT, double reach) {
     BodyQuestion question;
+    question.X_WO.resize(1);
+    question.V_WO.resize(1);
     question.X_WT = X_OT;
     question.reach = reach;
     return cpu_seconds_of([&] { detect_voxel(model, state, question, *set); });

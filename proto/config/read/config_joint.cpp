@@ -96,7 +96,7 @@ void read_laws(Section& section, const JointDimensions& dimensions, JointConfig&
 void read_joint(Section& section, SessionConfig& config) {
   if (config.n_joints == kMaxJoints) {
     section.fail_at("kind", "is one [[joint]] too many; " + std::to_string(kMaxJoints) +
-                                " is the most a session can hold");
+                                " is the most a session can hold, leave one out");
   }
   JointConfig& joint = config.joints[config.n_joints];
   assign(joint.name, "joint " + std::to_string(config.n_joints + 1));

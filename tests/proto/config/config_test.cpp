@@ -261,15 +261,32 @@ TEST_CASE("config: a serial device is read with its units, the examples in confi
   CHECK(example.device.kind == DeviceKind::kWoodenHaptics);
 }
 
-TEST_CASE("config: one object too many is refused at its place") {
-  std::string text = kScene.substr(0, kScene.find("[[object]]"));
-  for (uint32_t i = 0; i <= kMaxObjects; ++i) {
-    text += "[[object]]\nname = \"o" + std::to_string(i) +
-            "\"\nprimitive = \"sphere\"\nsize = \"1 cm\"\n";
+TEST_CASE("config: one object too many is refused at its place and so is a body or a joint") {
+  const std::string begin = kScene.substr(0, kScene.find("[[object]]"));
+  const auto objects = [](uint32_t n, const std::string& more) {
+    std::string text;
+    for (uint32_t i = 0; i < n; ++i) {
+      text += "[[object]]\nname = \"o" + std::to_string(i) +
+              "\"\nprimitive = \"sphere\"\nsize = \"1 cm\"\n" + more;
+    }
+    return text;
+  };
+  const std::string body = "[object.body]\nmass = \"1 g\"\n";
+  const auto refusal = [&](const std::string& text, uint32_t line, uint32_t column,
+                           const std::string& what) {
+    CHECK_THAT(error_of(begin + text),
+               Catch::StartsWith("x.toml:" + std::to_string(line) + ":" + std::to_string(column)) &&
+                   Catch::Contains(what + " is the most a session can hold, "));
+  };
+  refusal(objects(kMaxObjects + 1, ""), 6 + 4 * kMaxObjects + 2, 8, "256");
+  refusal(objects(kMaxBodies + 1, body), 6 + 6 * kMaxBodies + 5, 1, "64");
+  std::string joints = objects(1, body);
+  for (uint32_t i = 0; i <= kMaxJoints; ++i) {
+    joints += "[[joint]]\nkind = \"fixed\"\nobject = \"o0\"\n";
   }
-  const size_t line = 6 + 4 * kMaxObjects + 2;
-  CHECK_THAT(error_of(text), Catch::StartsWith("x.toml:" + std::to_string(line) + ":8: ") &&
-                                 Catch::Contains("256 is the most"));
+  refusal(joints, 6 + 6 + 3 * kMaxJoints + 2, 8, "64");
+  CHECK_NOTHROW(parse_config(begin + objects(kMaxObjects, ""), "x.toml"));
+  CHECK_NOTHROW(parse_config(begin + objects(kMaxBodies, body), "x.toml"));
 }
 
 TEST_CASE("config: a rotation by axis and angle is the quaternion of the half angle") {
