@@ -5,9 +5,9 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
-#include <map>
 #include <optional>
 #include <stdexcept>
+#include <unordered_map>
 #include <utility>
 
 #include "proto/os/text.h"
@@ -53,10 +53,10 @@ std::string path_then(std::string_view record, std::string_view path) {
         {{"#/2", number(*index / 2)}, {"#%2", number(*index % 2)}, {"#", number(*index)}});
   };
   for (const Moved& moved : kMoved) {
+    const std::string_view list = moved.now.substr(0, moved.now.find('#'));
+    if (record != moved.record || !path.starts_with(list)) continue;
     const std::string now = filled(moved.now);
-    if (record == moved.record && path.starts_with(now)) {
-      return filled(moved.then) + std::string(path.substr(now.size()));
-    }
+    if (path.starts_with(now)) return filled(moved.then) + std::string(path.substr(now.size()));
   }
   return "";
 }
@@ -194,7 +194,7 @@ class Translator {
   }
 
   std::string_view schema_;
-  std::map<std::string, const Field*> by_path_;
+  std::unordered_map<std::string, const Field*> by_path_;
   Translation out_;
 };
 
@@ -227,10 +227,10 @@ void pack_message(std::span<const std::byte> record, std::span<const RecordPart>
   }
 }
 
-bool unpack_message(std::span<const std::byte> message, const Fields& fields,
-                    std::vector<std::byte>& out) {
-  out.resize(fields.bytes);
-  const size_t fixed = fields.parts.empty() ? fields.bytes : fields.parts.front().offset;
+bool unpack_message(std::span<const std::byte> message, std::span<const RecordPart> parts,
+                    size_t size, std::vector<std::byte>& out) {
+  out.resize(size);
+  const size_t fixed = parts.empty() ? size : parts.front().offset;
   size_t at = 0;
   const auto take = [&](size_t to, size_t bytes) {
     if (message.size() - at < bytes) return false;
@@ -239,7 +239,7 @@ bool unpack_message(std::span<const std::byte> message, const Fields& fields,
     return true;
   };
   if (!take(0, fixed)) return false;
-  for (const RecordPart& part : fields.parts) {
+  for (const RecordPart& part : parts) {
     uint32_t n;
     if (!take(part.offset, sizeof n)) return false;
     std::memcpy(&n, &out[part.offset], sizeof n);

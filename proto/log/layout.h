@@ -16,9 +16,10 @@ namespace haptic {
 /// aligned to eight bytes. Appends to `out`, which is empty.
 void pack_message(std::span<const std::byte> record, std::span<const RecordPart> parts,
                   std::vector<std::byte>& out);
-/// False: the message is not one of these fields. Places that are not in use keep what they had.
-bool unpack_message(std::span<const std::byte> message, const Fields& fields,
-                    std::vector<std::byte>& out);
+/// `size`: of the struct [bytes]. False: the message is not one of it. Places that are not in use
+/// keep what they had.
+bool unpack_message(std::span<const std::byte> message, std::span<const RecordPart> parts,
+                    size_t size, std::vector<std::byte>& out);
 
 /// Converts records of a file with another layout to this program's. Numbers keep their names and
 /// types. Fields that the file lacks get the default of proto/wire/records.def, with its reason;

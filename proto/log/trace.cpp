@@ -2,6 +2,8 @@
 #include "proto/log/trace.h"
 
 #include <algorithm>
+#include <map>
+#include <mutex>
 #include <ranges>
 #include <utility>
 
@@ -32,6 +34,16 @@ const std::vector<TopicInfo>& topics_of_others() {
     return all;
   }();
   return topics;
+}
+
+/// The numbers of a record of this program, of which there are ten thousand.
+const Fields& fields_of(const TopicInfo& topic) {
+  static std::mutex mutex;
+  static std::map<std::string_view, Fields> all;
+  const std::lock_guard lock(mutex);
+  auto found = all.find(topic.schema);
+  if (found == all.end()) found = all.emplace(topic.schema, flatten(topic.text)).first;
+  return found->second;
 }
 
 }  // namespace
@@ -86,8 +98,8 @@ std::string TraceReader::notice(const TopicInfo& topic) const {
   return "recorded with layout " + (number.empty() ? "of no number" : shown(number)) + lacking;
 }
 
-TraceReader::Stored TraceReader::find_stored(const TopicInfo& topic,
-                                             const McapChannel& channel) const {
+TopicDecoder::Stored TraceReader::find_stored(const TopicInfo& topic,
+                                              const McapChannel& channel) const {
   const McapSchema& stored = mcap_.schema_of(channel);
   const auto fail = [&](const std::string& why) {
     throw McapError(path_ + ": topic '" + shown(channel.topic) + "' has another layout of " +
@@ -96,13 +108,13 @@ TraceReader::Stored TraceReader::find_stored(const TopicInfo& topic,
   };
   // its codes 3 and 4 had other meanings
   if (topic.name == kEventTopic.name && layout() == "1") fail("the codes had other meanings");
-  Fields ours = flatten(topic.text);
-  if (stored.text == full_definition(topic.text)) return {std::move(ours), std::nullopt};
+  if (stored.text == full_definition(topic.text)) {
+    return {{topic.parts.begin(), topic.parts.end()}, topic.size, std::nullopt};
+  }
   if (stored.encoding != "ros2msg") fail("it is not described as a ROS 2 message");
   try {
-    Fields theirs = flatten_definition(stored.text);
-    Translation translation = translate(topic.schema, ours, theirs);
-    return {std::move(theirs), std::move(translation)};
+    const Fields theirs = flatten_definition(stored.text);
+    return {theirs.parts, theirs.bytes, translate(topic.schema, fields_of(topic), theirs)};
   } catch (const std::runtime_error& error) {
     fail(error.what());
   }
@@ -112,9 +124,8 @@ TraceReader::Stored TraceReader::find_stored(const TopicInfo& topic,
 std::optional<TopicDecoder> TraceReader::decoder(const TopicInfo& topic) const {
   const McapChannel* channel = mcap_.find_channel(topic.name);
   if (channel == nullptr) return std::nullopt;
-  Stored stored = find_stored(topic, *channel);
   return TopicDecoder(channel->id, path_ + ": topic '" + shown(channel->topic) + "'",
-                      std::move(stored.fields), std::move(stored.translation));
+                      find_stored(topic, *channel));
 }
 
 std::shared_ptr<const TraceReader::Chunk> TraceReader::chunk(size_t number) const {
@@ -211,21 +222,15 @@ void TopicCursor::rewind() {
   messages_ = {};
 }
 
-TopicDecoder::TopicDecoder(uint16_t channel, std::string where, Fields fields,
-                           std::optional<Translation> translation)
-    : channel_(channel),
-      where_(std::move(where)),
-      fields_(std::move(fields)),
-      translation_(std::move(translation)) {}
-
 const std::byte* TopicDecoder::decode(const McapMessage& message) {
   const bool is_cdr = message.data.size() >= kCdrHeader.size() && message.data[1] == kCdrHeader[1];
-  if (!is_cdr || !unpack_message(message.data.subspan(kCdrHeader.size()), fields_, unpacked_)) {
+  if (!is_cdr || !unpack_message(message.data.subspan(kCdrHeader.size()), stored_.parts,
+                                 stored_.size, unpacked_)) {
     throw McapError(where_ + " has a message of " + std::to_string(message.data.size()) +
                     " bytes that is not its struct; the file is damaged");
   }
-  if (!translation_) return unpacked_.data();
-  apply(*translation_, unpacked_.data(), translated_);
+  if (!stored_.translation) return unpacked_.data();
+  apply(*stored_.translation, unpacked_.data(), translated_);
   return translated_.data();
 }
 

@@ -95,13 +95,19 @@ class TopicDecoder {
 
  private:
   friend class TraceReader;
-  TopicDecoder(uint16_t channel, std::string where, Fields fields,
-               std::optional<Translation> translation);
+  /// How the records of a channel lie in memory, and how they become this program's; none: they
+  /// are.
+  struct Stored {
+    std::vector<RecordPart> parts;
+    size_t size = 0;  // [bytes]
+    std::optional<Translation> translation;
+  };
+  TopicDecoder(uint16_t channel, std::string where, Stored stored)
+      : channel_(channel), where_(std::move(where)), stored_(std::move(stored)) {}
 
   uint16_t channel_;
   std::string where_;  // "file: topic 't'", for messages
-  Fields fields_;      // of a record in the file
-  std::optional<Translation> translation_;
+  Stored stored_;
   std::vector<std::byte> unpacked_, translated_;
 };
 
@@ -151,12 +157,7 @@ class TraceReader {
     std::vector<char> records;
   };
   std::shared_ptr<const Chunk> chunk(size_t number) const;
-  /// The records of a channel in the file, and how they become this program's; none: they are.
-  struct Stored {
-    Fields fields;
-    std::optional<Translation> translation;
-  };
-  Stored find_stored(const TopicInfo& topic, const McapChannel& channel) const;
+  TopicDecoder::Stored find_stored(const TopicInfo& topic, const McapChannel& channel) const;
 
   std::string path_;
   McapReader mcap_;

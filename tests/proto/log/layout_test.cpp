@@ -35,7 +35,8 @@ std::vector<std::byte> translated(const std::string& schema, const std::string& 
                                   const std::string& stored, const McapBytes& bytes) {
   const Fields theirs = flatten_definition(stored);
   std::vector<std::byte> record, out;
-  REQUIRE(unpack_message(std::as_bytes(std::span(bytes.bytes())), theirs, record));
+  REQUIRE(
+      unpack_message(std::as_bytes(std::span(bytes.bytes())), theirs.parts, theirs.bytes, record));
   apply(translate(schema, flatten(ours), theirs), record.data(), out);
   return out;
 }
@@ -137,7 +138,7 @@ TEST_CASE("layout: a message holds what is in use of a record, as CDR says") {
       pack_message(std::as_bytes(std::span(record.bytes())), fields.parts, packed);
       CAPTURE(n_a, n_b);
       CHECK(std::ranges::equal(packed, std::as_bytes(std::span(message.bytes()))));
-      REQUIRE(unpack_message(packed, fields, out));
+      REQUIRE(unpack_message(packed, fields.parts, fields.bytes, out));
       CHECK(number_at<uint32_t>(out, 8) == used);
       for (size_t i = 0; i < used; ++i) {
         CHECK(number_at<double>(out, 16 + 8 * i) == 1.5 + static_cast<double>(i));
@@ -159,25 +160,25 @@ TEMPLATE_TEST_CASE("layout: a record is packed and unpacked, whatever is in its 
     message.clear();
     pack_message(std::as_bytes(std::span(&record, 1)), kParts<TestType>, message);
     CAPTURE(round, message.size());
-    REQUIRE(unpack_message(message, fields, out));
+    REQUIRE(unpack_message(message, fields.parts, fields.bytes, out));
     CHECK(in_use(*reinterpret_cast<const TestType*>(out.data())) == in_use(record));
     // cut anywhere, or too long; alone in memory, so that the sanitizer knows where it ends
     const size_t step = message.size() < 4000 ? 1 : 1 + random() % 2000;
     for (size_t length = 0; length < message.size(); length += step) {
       const std::vector<std::byte> cut(message.begin(),
                                        message.begin() + static_cast<std::ptrdiff_t>(length));
-      REQUIRE_FALSE(unpack_message(cut, fields, out));
+      REQUIRE_FALSE(unpack_message(cut, fields.parts, fields.bytes, out));
     }
     std::vector<std::byte> longer = message;
     longer.push_back({});
-    REQUIRE_FALSE(unpack_message(longer, fields, out));
+    REQUIRE_FALSE(unpack_message(longer, fields.parts, fields.bytes, out));
     // a few bytes and numbers changed: refused, or a record as long
     for (int change = 0; change < 50; ++change) {
       std::vector<std::byte> changed = message;
       for (size_t k = 0; k <= random() % 4; ++k) {
         changed[random() % changed.size()] = static_cast<std::byte>(random() >> random() % 64);
       }
-      if (!unpack_message(changed, fields, out)) continue;
+      if (!unpack_message(changed, fields.parts, fields.bytes, out)) continue;
       again.clear();
       pack_message(out, kParts<TestType>, again);
       REQUIRE(again.size() == changed.size());
