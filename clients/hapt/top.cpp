@@ -66,10 +66,14 @@ class Watched {
  public:
   using Item = typename Source::Item;
 
-  Watched(std::string name, Source source) : source_(source) { line_.name = std::move(name); }
+  /// `take`: what is looked at.
+  Watched(std::string name, Source source, Take take = Take::kFields)
+      : source_(source), take_(take) {
+    line_.name = std::move(name);
+  }
 
   void drain() {
-    while (source_.next(newest)) {
+    while (source_.next(newest, take_)) {
       ++items_;
       line_.busy.add(newest.busy_ns);
       if constexpr (requires(const Item& item) { item.wake_late_ns; }) {
@@ -99,6 +103,7 @@ class Watched {
 
  private:
   Source source_;
+  Take take_;
   Line line_;
   uint64_t items_ = 0, lost_before_ = 0;
 };
@@ -198,7 +203,7 @@ void run_top(const TopOptions& options) {
   const uint32_t hand = options.hand;
   Watched servo(servo_name(hand), client.ring<&ServoChannels::frames>(Start::kNewest, hand));
   Watched contact(contact_name(hand), client.ring<&ContactChannels::sets>(Start::kNewest, hand));
-  Watched sim(SimChannels::kName, client.ring<&SimChannels::frames>(Start::kNewest));
+  Watched sim(SimChannels::kName, client.ring<&SimChannels::frames>(Start::kNewest), Take::kAll);
   const auto drain_all = [&] {
     servo.drain();
     contact.drain();

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <type_traits>
 
+#include "proto/ipc/ring.h"
 #include "proto/wire/packing.h"
 
 namespace haptic {
@@ -116,22 +117,26 @@ class PackedRing {
   }
 
   /// Item n; false if not yet published or already overwritten.
-  bool read(uint64_t n, T& out) const noexcept {
+  bool read(uint64_t n, T& out, Take take = Take::kAll) const noexcept {
     const Slot& slot = slots_[n % kSlots];
     if (slot.ticket.load(std::memory_order_acquire) != n + 1) return false;
     const size_t at = slot.begin.load(std::memory_order_acquire) % kWords;
     const uint64_t n_words = slot.words.load(std::memory_order_relaxed);
     if (n_words < Pack::kLeastWords || n_words > Pack::kWords) return false;
+    const size_t n_copied = take == Take::kAll ? n_words : Pack::kFixedBytes / 8;
     std::array<uint64_t, Pack::kWords> words;
-    const size_t before_end = std::min<size_t>(n_words, kWords - at);
+    const size_t before_end = std::min<size_t>(n_copied, kWords - at);
     for (size_t i = 0; i < before_end; ++i) {
       words[i] = words_[at + i].load(std::memory_order_acquire);
     }
-    for (size_t i = before_end; i < n_words; ++i) {
+    for (size_t i = before_end; i < n_copied; ++i) {
       words[i] = words_[i - before_end].load(std::memory_order_acquire);
     }
     if (slot.ticket.load(std::memory_order_relaxed) != n + 1) return false;
-    return Pack::unpack(reinterpret_cast<const std::byte*>(words.data()), n_words, out);
+    const auto* packed = reinterpret_cast<const std::byte*>(words.data());
+    if (take == Take::kAll) return Pack::unpack(packed, n_words, out);
+    Pack::unpack_fields(packed, out);
+    return true;
   }
 
   /// Newest item; false before the first publish, or if overwritten during the copy.

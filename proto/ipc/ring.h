@@ -13,6 +13,10 @@
 
 namespace haptic {
 
+/// What a reader copies of an item: all that is in use, or only the fields before its lists
+/// (packed_ring.h), which are then empty.
+enum class Take { kAll, kFields };
+
 /// The channel of the project: single writer, many readers, overwriting, wait-free.
 ///
 /// Item n lives in slot n % kSlots under a ticket: 2n+1 while it is being written, 2n+2 once
@@ -72,7 +76,7 @@ class Ring {
   static uint64_t oldest(uint64_t end) noexcept { return end - std::min(end, kSlots); }
 
   /// Item n; false if not yet published or already overwritten.
-  bool read(uint64_t n, T& out) const noexcept {
+  bool read(uint64_t n, T& out, Take = Take::kAll) const noexcept {
     const Slot& slot = slots_[n % kSlots];
     if (slot.ticket.load(std::memory_order_acquire) != 2 * n + 2) return false;
     // copied first: a reader that gets nothing keeps its old item
@@ -99,9 +103,10 @@ struct Cursor {
 /// Next unread item in order. A reader that was overrun jumps half way to the writer, so as not to
 /// be overrun again at once, and counts exactly what it skipped.
 template <typename RingType>
-bool read_next(const RingType& ring, Cursor& cursor, typename RingType::Item& out) noexcept {
+bool read_next(const RingType& ring, Cursor& cursor, typename RingType::Item& out,
+               Take take = Take::kAll) noexcept {
   for (uint64_t end = ring.published(); cursor.next < end; end = ring.published()) {
-    if (ring.read(cursor.next, out)) {
+    if (ring.read(cursor.next, out, take)) {
       ++cursor.next;
       return true;
     }

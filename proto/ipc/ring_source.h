@@ -82,12 +82,13 @@ enum class Start {
 /// Next item of a ring whose writer is gone. Counts exactly what cannot be read: overwritten items,
 /// and those that a killed writer was about to overwrite.
 template <typename RingType>
-bool read_final(const RingType& ring, Cursor& cursor, typename RingType::Item& out) noexcept {
+bool read_final(const RingType& ring, Cursor& cursor, typename RingType::Item& out,
+                Take take = Take::kAll) noexcept {
   const uint64_t end = ring.published(), from = std::max(cursor.next, ring.oldest(end));
   cursor.lost += from - cursor.next;
   cursor.next = from;
   while (cursor.next < end) {
-    if (ring.read(cursor.next++, out)) return true;
+    if (ring.read(cursor.next++, out, take)) return true;
     ++cursor.lost;
   }
   return false;
@@ -107,12 +108,12 @@ class RingSource<kMember> {
   RingSource(Source<Channels> source, Start start) : source_(source), start_(start) {}
 
   /// Next item in order; false: nothing new.
-  bool next(Item& out) noexcept {
+  bool next(Item& out, Take take = Take::kAll) noexcept {
     for (;;) {
       if (!find_ring()) return false;
       // asked before reading: what was published by then is final
       const bool ended = source_.has_newer();
-      if (ended ? read_final(*ring_, cursor_, out) : read_next(*ring_, cursor_, out)) {
+      if (ended ? read_final(*ring_, cursor_, out, take) : read_next(*ring_, cursor_, out, take)) {
         item_generation_ = generation();
         return true;
       }

@@ -49,6 +49,13 @@ struct Packing {
     }
   }
 
+  /// Copies the fields, and leaves the lists empty.
+  static void unpack_fields(const std::byte* packed, T& out) noexcept {
+    auto* bytes = reinterpret_cast<std::byte*>(&out);
+    std::memcpy(bytes, packed, kFixedBytes);
+    for (const RecordPart& part : kParts<T>) std::memset(bytes + part.offset, 0, kPartHeader);
+  }
+
   /// Copies packed words to their places. False, with `out` as it was, where the numbers of values
   /// do not make that length.
   static bool unpack(const std::byte* packed, size_t n_words, T& out) noexcept {

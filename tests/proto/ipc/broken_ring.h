@@ -75,7 +75,7 @@ class BrokenRing {
 
   static uint64_t oldest(uint64_t end) noexcept { return end - std::min(end, kSlots); }
 
-  bool read(uint64_t n, T& out) const noexcept {
+  bool read(uint64_t n, T& out, Take = Take::kAll) const noexcept {
     const Slot& slot = slots_[n % kSlots];
     if (slot.ticket.load(acquire_without(Defect::kRelaxedFirstLook)) != 2 * n + 2) return false;
     Words w;

@@ -216,6 +216,7 @@ TEMPLATE_TEST_CASE("ring: of every length of every part a reader gets what is in
   const auto ring = std::make_unique<TestType>();
   Counts<Item> counts{};
   const auto item = noisy<Item>(1, counts), out = noisy<Item>(2, counts);
+  const auto fields = noisy<Item>(3, counts);
   uint64_t n = 0, wraps = 0, end = 0;
   const auto look = [&](bool is_sound) {
     set_counts(*item, counts);
@@ -227,6 +228,10 @@ TEMPLATE_TEST_CASE("ring: of every length of every part a reader gets what is in
     CAPTURE(n, counts);
     REQUIRE(ring->read(n++, *out) == is_sound);
     REQUIRE(is_same(*out, expected));
+    // who asks for the fields alone gets no list
+    REQUIRE(ring->read(n - 1, *fields, Take::kFields));
+    REQUIRE(std::memcmp(fields.get(), item.get(), Packing<Item>::kFixedBytes) == 0);
+    REQUIRE(test::bytes_in_use(*fields).size() == 8 * Packing<Item>::kLeastWords);
   };
   for (size_t k = 0; k < counts.size(); ++k) {
     const auto most = static_cast<uint32_t>(kParts<Item>[k].most);
