@@ -26,11 +26,11 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kLongestQuestion = 32;    // of a client [bytes]
-constexpr size_t kMostEvents = 64;         // per epoll_wait
-constexpr int kMostAccepted = 16;          // per turn; commands are served in between
-constexpr size_t kMostOfStranger = 16;     // connections per user, except owner and root
-constexpr size_t kMostOfStrangers = 64;    // connections of all such users
+constexpr size_t kLongestQuestion = 32;  // of a client [bytes]
+constexpr size_t kMostEvents = 64;       // per epoll_wait
+constexpr int kMostAccepted = 16;        // per turn; commands are served in between
+constexpr size_t kMostOfStranger = 16;   // connections per user, except owner and root
+constexpr size_t kMostOfStrangers = 64;  // connections of all such users
 // kept for children: three restarts need about thirty, the eye files one each, with pieces two
 constexpr rlim_t kKeptForChildren = 48 + 2 * kMostEyes;
 // descriptors of the process that strangers cannot take: as many again for its own user
