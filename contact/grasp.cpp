@@ -77,7 +77,7 @@ ServoFrame drawn_frame(const Grasp& grasp, const ServoFrame& servo, const SceneF
   const Pose& X_WO = now.X_WO[grasp.object];
   Pose X_WP = X_WO * grasp.X_OT;
   Twist V_WP;
-  if (scene != nullptr) {
+  if (scene != nullptr && grasp.object < scene->objects.size()) {
     const Twist V_WO = object_twist_at(*scene, grasp.object, servo.t_ns, push_of(servo));
     V_WP = twist_with(V_WO, X_WP.p - X_WO.p);
   }

@@ -42,6 +42,14 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
                           (servo.device.flags & kDeviceAdmittance) != 0);
 }
 
+/// Frames of the servo between the last one that was answered and this one; the ticks that the
+/// servo skipped itself are none. A servo that has begun anew is not compared with the one before.
+uint64_t unanswered_between(const AnsweredTick& last, const ServoFrame& servo) {
+  if (last.tick == 0 || servo.tick <= last.tick || servo.skipped < last.skipped) return 0;
+  const uint64_t between = servo.tick - last.tick - 1, skipped = servo.skipped - last.skipped;
+  return between > skipped ? between - skipped : 0;
+}
+
 /// The header of an answer: the fields that do not depend on the detector.
 ContactSet begin_set(const ServoFrame& servo, const SceneFrame* scene) {
   ContactSet set{};
@@ -54,8 +62,9 @@ ContactSet begin_set(const ServoFrame& servo, const SceneFrame* scene) {
 }
 
 bool is_usable(const ServoFrame& servo, const PointScene& now) {
-  bool usable = is_finite(servo.X_WT) && is_finite(servo.held_back_W) && is_finite(servo.X_WP) &&
-                is_finite(servo.V_WP) && std::isfinite(servo.translational_stiffness) &&
+  bool usable = is_finite(servo.X_WT) && is_finite(servo.V_WT) && is_finite(servo.held_back_W) &&
+                is_finite(servo.X_WP) && is_finite(servo.V_WP) &&
+                std::isfinite(servo.translational_stiffness) &&
                 std::isfinite(servo.rotational_stiffness);
   for (size_t i = 0; i < now.shapes.size(); ++i) usable &= is_finite(now.X_WO[i]);
   return usable;
@@ -83,10 +92,8 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   if (state.grasp.holds()) drawn = drawn_frame(state.grasp, hand, scene, now);
   const ServoFrame& servo = state.grasp.holds() ? drawn : hand;
   ContactSet set = begin_set(servo, scene);
-  if (state.seq > 0 && hand.tick > state.last_tick) {
-    state.skipped += hand.tick - state.last_tick - 1;
-  }
-  state.last_tick = hand.tick;
+  state.skipped += unanswered_between(state.last, hand);
+  state.last = {hand.tick, hand.skipped};
   set.skipped = state.skipped;
   set.behind_since_ns = state.behind.seen(state.skipped, hand.t_ns);
   set.seq = state.seq++;

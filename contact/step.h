@@ -9,6 +9,11 @@
 
 namespace haptic {
 
+/// A tick of the servo, and how many it had skipped by then.
+struct AnsweredTick {
+  uint64_t tick = 0, skipped = 0;
+};
+
 /// All that survives a step.
 struct ContactState {
   ContactState() = default;
@@ -21,8 +26,9 @@ struct ContactState {
   uint64_t seq = 0;
   uint64_t reseeds = 0;
   int64_t last_answered_ns = 0;
-  double period = 1e-3;                 // smoothed time between answered frames [s]
-  uint64_t last_tick = 0, skipped = 0;  // answered; frames without an answer, since the first
+  double period = 1e-3;  // smoothed time between answered frames [s]
+  AnsweredTick last;     // that was answered
+  uint64_t skipped = 0;  // frames without an answer, since the first
   BehindSince behind;
 };
 

@@ -41,9 +41,9 @@ NewPushes take_pushes(SeenCounters& seen, const ServoFrame& frame, int64_t from_
   }
   const double between = 1e-9 * static_cast<double>(frame.t_ns - seen.t_ns);
   const double before = 1e-9 * static_cast<double>(frame.t_ns - from_ns);
-  for (size_t k = 0; k < pushes.size(); ++k) {
+  for (size_t k = 0; k < std::min(pushes.size(), frame.pushes.size()); ++k) {
     const SeenPush& old = seen.pushes[k];
-    const auto [J, S] = counter_of(frame, k);
+    const auto& [J, S] = frame.pushes[k];
     pushes[k].impulse_W = J + -old.impulse_W;
     // S − S_seen − J_seen (t_frame − t_seen) and, with ΔJ from there on, − ΔJ (t_frame − t₀)
     pushes[k].late_W =

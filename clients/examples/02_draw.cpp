@@ -40,7 +40,7 @@ int main(int argc, char** argv) try {
   for (bool complete = false; !complete; eyes = client.eyes()) {
     client.sleep(0.05);
     if (!client.is_connected()) throw std::runtime_error("the session is gone " + client.refusal());
-    complete = frames.latest(frame) && scenes.latest(scene) && eyes.tool;
+    complete = frames.latest(frame) && scenes.latest(scene) && eyes.tools[0];
     for (size_t i = 0; i < scene.objects.size(); ++i) complete = complete && eyes.objects[i];
   }
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> svg(std::fopen(argv[1], "w"), std::fclose);
@@ -50,7 +50,7 @@ int main(int argc, char** argv) try {
   for (size_t i = 0; i < scene.objects.size(); ++i) {
     draw(svg.get(), *eyes.objects[i], scene.objects[i].X_WO);
   }
-  draw(svg.get(), *eyes.tool, frame.X_WT);
+  draw(svg.get(), *eyes.tools[0], frame.X_WT);
   const Vec3 p = 1e3 * frame.X_WT.p, tip = p + 10.0 * frame.F_coupling_W.f;
   std::fprintf(svg.get(),
                "<line id=\"force\" data-tick=\"%llu\" stroke=\"red\" x1=\"%.4f\" y1=\"%.4f\" "

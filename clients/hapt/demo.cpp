@@ -193,16 +193,18 @@ Played play_and_record(const PlayOptions& options, bool replay, const Recording&
 void add_coverage_rows(const SessionData& data, const Recording& hand, double rate, Rows& rows) {
   if (data.frames.empty() || !std::isfinite(hand.seconds)) return;
   const auto is_ended = [](const ServoFrame& f) { return (f.device.flags & kDeviceEnded) != 0; };
-  const auto end = std::find_if(data.frames.begin(), data.frames.end(), is_ended);
-  const ServoFrame& first = data.frames.front();
-  const ServoFrame& last = end == data.frames.end() ? data.frames.back() : *end;
-  const ServoFrame& before = end == data.frames.begin() ? first : *(end - 1);
+  const size_t n = data.frames.size();
+  size_t end = 0;
+  while (end < n && !is_ended(data.frames[end])) ++end;
+  const ServoFrame first = data.frames.front();
+  const ServoFrame last = data.frames[std::min(end, n - 1)];
+  const ServoFrame before = end == 0 ? first : data.frames[end - 1];
   const double grid_points = std::floor((hand.seconds + 1e-9 * kSnapNs) * rate + 1e-6) + 1;
   // ticks skipped after the end of the recording lose none of its samples
   const double beyond = std::clamp(static_cast<double>(last.tick - first.tick) - grid_points, 0.0,
                                    static_cast<double>(last.skipped - before.skipped));
-  const double total = static_cast<double>(end - data.frames.begin()) +
-                       static_cast<double>(last.skipped - first.skipped) - beyond;
+  const double total =
+      static_cast<double>(end) + static_cast<double>(last.skipped - first.skipped) - beyond;
   rows.add("samples of the recorded hand", static_cast<double>(hand.samples), "");
   rows.add("frames plus counted skips", total, "", given(grid_points, total == grid_points));
 }

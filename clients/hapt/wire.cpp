@@ -21,7 +21,7 @@ What the rings hold, what a recording holds, and what every client reads: `hapt 
 
 Numbers are little endian, and every record is a multiple of 8 bytes without padding. A `Vec3` is x, y, z; a `Pose` is position and orientation, a quaternion x, y, z, w; a `Twist` is v and ω; a `Wrench` is force and torque: all `double`. The frame is what the name ends with: W world, B device base, H handle, T tool, P proxy, G verified proxy, O object; `X_WT` is the pose of T in W, `V_WT` its velocity, both with the axes of W. *Since* is the layout that brought the field: an older recording is read with the value that stands there.
 
-A list `T[≤ most]` has at most that many values, and lies behind all other fields: first how many there are, eight bytes of which the last four are zero, then room for `most`. A ring and the library's structs hold it so, a ring without the room that is not in use. A recording holds it as ROS 2 does: four bytes say how many, and behind the next multiple of eight come the values; there is none where there are no values. *Since* of a list says how many values it is taken to have had.
+A list `T[≤ most]` has at most that many values, and lies behind all other fields: first how many there are, eight bytes of which the last four are zero, then room for `most`. A ring and the library's structs hold it so, a ring without the room that is not in use. A recording holds it as ROS 2 does: four bytes say how many, and behind the next multiple of eight, counted from behind the four bytes that a message of CDR begins with, come the values; where there are no values no gap follows. *Since* of a list says how many values it is taken to have had.
 
 What nobody reads yet waits for what comes:
 

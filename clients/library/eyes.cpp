@@ -23,10 +23,10 @@ std::shared_ptr<const EyeMesh> map_eye(const Announcement& announcement, FileDes
 
 std::shared_ptr<const EyeMesh>& place_of(SegmentId id, Eyes& eyes) {
   const uint32_t object = eye_object(id);
-  if (is_pieces(id)) {
-    return object == kEyeOfTool ? eyes.tool_pieces : eyes.object_pieces.at(object);
+  if (is_eye_of_tool(object)) {
+    return (is_pieces(id) ? eyes.tool_pieces : eyes.tools).at(kEyeOfTool - object);
   }
-  return object == kEyeOfTool ? eyes.tool : eyes.objects.at(object);
+  return (is_pieces(id) ? eyes.object_pieces : eyes.objects).at(object);
 }
 
 }  // namespace

@@ -23,10 +23,10 @@ struct EyeMesh : EyeFile {
 /// The meshes that a session has handed out so far; a null pointer means not yet.
 struct Eyes {
   uint64_t changes = 0;  // grows with each mesh that comes, also when contact has been restarted
-  std::shared_ptr<const EyeMesh> tool;
+  std::array<std::shared_ptr<const EyeMesh>, kMostHands> tools;     // by hand
   std::array<std::shared_ptr<const EyeMesh>, kMaxObjects> objects;  // by index in the session file
   // their convex pieces, in sessions whose contact keeps such: no two pieces share a vertex
-  std::shared_ptr<const EyeMesh> tool_pieces;
+  std::array<std::shared_ptr<const EyeMesh>, kMostHands> tool_pieces;
   std::array<std::shared_ptr<const EyeMesh>, kMaxObjects> object_pieces;
   std::string problem;  // why the last one that was refused was, one line; empty: none was
 };

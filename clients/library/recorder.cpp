@@ -132,10 +132,13 @@ bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
 void Recorder::write_eyes(TraceWriter& trace) {
   const Eyes eyes = eyes_->eyes();
   if (std::exchange(eye_changes_, eyes.changes) == eyes.changes) return;
-  if (eyes.tool) write_eye_file(trace, *eyes.tool);
-  for (const auto& mesh : eyes.objects) {
-    if (mesh) write_eye_file(trace, *mesh);
-  }
+  const auto write_all = [&](const auto& meshes) {
+    for (const auto& mesh : meshes) {
+      if (mesh) write_eye_file(trace, *mesh);
+    }
+  };
+  write_all(eyes.tools);
+  write_all(eyes.objects);
 }
 
 void Recorder::write_eye_file(TraceWriter& trace, const EyeMesh& mesh) {
@@ -147,7 +150,7 @@ void Recorder::write_eye_file(TraceWriter& trace, const EyeMesh& mesh) {
   before = std::move(bytes);
   std::vector<Vec3> vertices;
   for (const EyePoint& p : mesh.vertices) vertices.push_back({p[0], p[1], p[2]});
-  const bool is_tool = mesh.object == kEyeOfTool;
+  const bool is_tool = is_eye_of_tool(mesh.object);
   standard_->add_mesh({.frame = is_tool ? "tool" : "object_" + std::to_string(mesh.object),
                        .name = mesh.name,
                        .colour = {mesh.colour.r, mesh.colour.g, mesh.colour.b, mesh.colour.a},

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "proto/ipc/eye_file.h"
 #include "proto/os/text.h"
 #include "proto/wire/wire.h"
 
@@ -12,7 +13,11 @@ namespace {
 
 constexpr std::string_view kPrefix = "eye/";
 
+/// The number of an object or a tool.
 std::optional<uint32_t> object_of(std::string_view name) {
+  for (uint32_t hand = 0; hand < kMostHands; ++hand) {
+    if (name == eye_attachment(eye_of_tool(hand))) return eye_of_tool(hand);
+  }
   if (!name.starts_with(kPrefix)) return std::nullopt;
   const auto object = number_from<uint32_t>(name.substr(kPrefix.size()));
   return object && *object < kMaxObjects ? object : std::nullopt;
@@ -21,8 +26,10 @@ std::optional<uint32_t> object_of(std::string_view name) {
 }  // namespace
 
 std::string eye_attachment(uint32_t object) {
-  return object < kMaxObjects ? std::string(kPrefix) + std::to_string(object)
-                              : std::string(kToolEyeAttachment);
+  const std::string prefix(kPrefix);
+  if (!is_eye_of_tool(object)) return prefix + std::to_string(object);
+  const uint32_t hand = kEyeOfTool - object;
+  return prefix + "tool" + (hand == kFirstHand ? "" : std::to_string(hand));
 }
 
 LogEyes read_log_eyes(const McapReader& file) {
@@ -34,11 +41,13 @@ LogEyes read_log_eyes(const McapReader& file) {
   }
   for (const auto& [name, attachment] : newest) {
     const std::optional<uint32_t> object = object_of(name);
-    if (!object && name != kToolEyeAttachment) continue;
+    if (!object) continue;
+    const bool is_tool = is_eye_of_tool(*object);
     try {
-      (object ? eyes.objects[*object] : eyes.tool) = file.read_attachment(*attachment);
+      (is_tool ? eyes.tools[kEyeOfTool - *object] : eyes.objects[*object]) =
+          file.read_attachment(*attachment);
     } catch (const McapError& error) {
-      if (object) eyes.objects.erase(*object);
+      if (!is_tool) eyes.objects.erase(*object);
       eyes.problem = error.what();
     }
   }

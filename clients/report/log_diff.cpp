@@ -17,8 +17,9 @@ namespace haptic {
 namespace {
 
 // what the clock and the load of the machine decide
-constexpr std::array<std::string_view, 7> kOfTheMachine{
-    "t_ns", "realtime_ns", "device.t_ns", "wake_late_ns", "busy_ns", "contact_seq", "scene_seq"};
+constexpr std::array<std::string_view, 8> kOfTheMachine{
+    "t_ns",    "realtime_ns", "device.t_ns", "wake_late_ns",
+    "busy_ns", "contact_seq", "scene_seq",   "behind_since_ns"};
 
 constexpr uint32_t kFlagsOfTheMachine = kServoLate | kServoContactLate | kServoSimLate;
 

@@ -20,8 +20,10 @@ Series series(const std::string& name, const SessionData& data, const std::vecto
 void plot_session(const std::string& path, const std::string& title, const SessionData& data) {
   std::vector<double> t;
   t.reserve(data.frames.size());
+  std::optional<int64_t> begin_ns;
   for (const ServoFrame& f : data.frames) {
-    t.push_back(static_cast<double>(f.t_ns - data.frames.front().t_ns) * 1e-9);
+    if (!begin_ns) begin_ns = f.t_ns;
+    t.push_back(static_cast<double>(f.t_ns - *begin_ns) * 1e-9);
   }
   const std::vector<Panel> panels{
       {"force at the device",

@@ -35,16 +35,6 @@ Histogram durations(const Items& items, Get get) {
   return histogram;
 }
 
-/// The scene used by a frame; null before the first scene, when the configured poses apply.
-std::optional<SceneFrame> scene_of(const PackedRecords<SceneFrame>& scenes, uint64_t seq) {
-  const auto places = std::views::iota(size_t{0}, scenes.size());
-  const auto at =
-      std::ranges::lower_bound(places, seq, {}, [&](size_t i) { return scenes[i].seq; });
-  if (at == places.end()) return {};
-  const SceneFrame scene = scenes[*at];
-  return scene.seq == seq ? std::optional(scene) : std::nullopt;
-}
-
 /// Depth of the deepest of these points, given in the frame of the proxy, inside any object [m].
 double proxy_depth(const ServoFrame& frame, const std::optional<SceneFrame>& scene,
                    const SessionConfig& config, std::span<const BakedShape> shapes,
@@ -85,22 +75,22 @@ bool is_through(const RigidPoseJudge& judge, const Pose& from_OT, const Pose& to
 }
 
 /// True if the servo rendered no force at this time, whatever the contacts.
-bool is_closed(const std::vector<ServoFrame>& frames, int64_t t_ns) {
-  const auto it = std::ranges::lower_bound(frames, t_ns, {}, &ServoFrame::t_ns);
-  return it != frames.end() && it->t_ns == t_ns && (it->flags & kServoClosed) != 0;
+bool is_closed(const PackedRecords<ServoFrame>& frames, int64_t t_ns) {
+  const std::optional<ServoFrame> frame = frames.find(&ServoFrame::t_ns, t_ns);
+  return frame && (frame->flags & kServoClosed) != 0;
 }
 
 /// Counts poses of a rigid tool that were not reached along a path: contact flags them as
 /// re-placed, or they are too far from the previous one. While the servo is closed the hand may
 /// pass through objects, so the next pose is not compared.
-void check_places(const std::vector<VerifiedProxy>& rigid, const std::vector<ServoFrame>& frames,
+void check_places(const std::vector<VerifiedProxy>& rigid, const PackedRecords<ServoFrame>& frames,
                   std::span<const RigidPoseJudge> judges, double size, Penetration& out) {
   const VerifiedProxy* last = nullptr;
   for (const VerifiedProxy& proxy : rigid) {
     const bool is_unknown = (proxy.flags & kContactNoFreePose) != 0;
     out.without_pose += is_unknown;
     if (is_closed(frames, proxy.answers_t_ns)) last = nullptr;
-    if (is_unknown) continue;
+    if (is_unknown || proxy.X_WO.size() < judges.size()) continue;
     const VerifiedProxy* before = std::exchange(last, &proxy);
     if (before == nullptr) continue;
     bool is_anew = (proxy.flags & kContactReseeded) != 0, is_across = false;
@@ -137,7 +127,7 @@ void check_verified(const SessionData& data, const BakedSession& baked, Penetrat
   Progress progress(kExactCheck, static_cast<double>(asked.size()));
   for (const VerifiedProxy& proxy : asked) {
     progress.step();
-    if ((proxy.flags & kContactNoFreePose) != 0) continue;
+    if ((proxy.flags & kContactNoFreePose) != 0 || proxy.X_WO.size() < judges.size()) continue;
     ++out.verified_checked;
     bool is_inside = false;
     for (size_t i = 0; i < judges.size(); ++i) {
@@ -154,17 +144,18 @@ Penetration measure_body(const SessionData& data, const SessionConfig& config,
                          const BakedSession& baked) {
   Penetration out;
   check_verified(data, baked, out);
-  std::vector<ServoFrame> touching;
-  for (const ServoFrame& frame : data.frames) {
-    if ((frame.flags & kServoContact) != 0) touching.push_back(frame);
+  std::vector<size_t> touching;
+  for (size_t k = 0; k < data.frames.size(); ++k) {
+    if ((data.frames[k].flags & kServoContact) != 0) touching.push_back(k);
   }
   const std::vector<Vec3> points_T =
       some_of(std::vector<Vec3>(baked.tool->shape.mesh.vertices.begin(),
                                 baked.tool->shape.mesh.vertices.end()),
               1000);
-  for (const ServoFrame& frame : some_of(touching, 200)) {
-    const double depth =
-        proxy_depth(frame, scene_of(data.scenes, frame.scene_seq), config, baked.objects, points_T);
+  for (const size_t k : some_of(touching, 200)) {
+    const ServoFrame frame = data.frames[k];
+    const double depth = proxy_depth(frame, data.scenes.find(&SceneFrame::seq, frame.scene_seq),
+                                     config, baked.objects, points_T);
     out.deepest_proxy = std::max(out.deepest_proxy, depth);
   }
   return out;
@@ -200,14 +191,18 @@ SessionData load_session(const std::string& log) {
   return data;
 }
 
-PortEnergy port_energy(std::span<const ServoFrame> frames) {
+PortEnergy port_energy(const PackedRecords<ServoFrame>& frames) {
   PortEnergy energy;
-  for (size_t k = 0; k + 1 < frames.size(); ++k) {
-    const Vec3 step_B = frames[k + 1].device.X_BH.p - frames[k].device.X_BH.p;
-    const Quat turn = frames[k + 1].device.X_BH.q * conjugate(frames[k].device.X_BH.q);
-    const double work =
-        dot(frames[k].F_device_B.f, step_B) + dot(frames[k].F_device_B.t, to_rotation_vector(turn));
-    (work < 0 ? energy.into_device : energy.returned) += std::fabs(work);
+  std::optional<ServoFrame> before;
+  for (const ServoFrame& frame : frames) {
+    if (before) {
+      const Vec3 step_B = frame.device.X_BH.p - before->device.X_BH.p;
+      const Quat turn = frame.device.X_BH.q * conjugate(before->device.X_BH.q);
+      const double work =
+          dot(before->F_device_B.f, step_B) + dot(before->F_device_B.t, to_rotation_vector(turn));
+      (work < 0 ? energy.into_device : energy.returned) += std::fabs(work);
+    }
+    before = frame;
   }
   return energy;
 }
@@ -231,6 +226,7 @@ Penetration measure_penetration(const SessionData& data, const SessionConfig& co
   for (const VerifiedProxy& proxy : data.proxies) {
     progress.step();
     if ((proxy.flags & kContactNoFreePose) != 0 || !any_closed) continue;
+    if (proxy.X_WO.size() < oracles.size()) continue;
     ++out.verified_checked;
     for (size_t i = 0; i < oracles.size(); ++i) {
       const Vec3 g_O = inverse(proxy.X_WO[i]) * proxy.X_WG.p;
@@ -239,8 +235,8 @@ Penetration measure_penetration(const SessionData& data, const SessionConfig& co
   }
   for (const ServoFrame& frame : data.frames) {
     if ((frame.flags & kServoContact) == 0) continue;
-    const double depth = proxy_depth(frame, scene_of(data.scenes, frame.scene_seq), config, shapes,
-                                     std::array{Vec3{}});
+    const double depth = proxy_depth(frame, data.scenes.find(&SceneFrame::seq, frame.scene_seq),
+                                     config, shapes, std::array{Vec3{}});
     out.deepest_proxy = std::max(out.deepest_proxy, depth);
   }
   return out;
@@ -267,7 +263,7 @@ void add_penetration(const Penetration& penetration, Renderer renderer, Rows& ro
 }
 
 /// Adds the share of the ticks in which a process fell behind, where any did.
-void add_behind(const std::vector<ServoFrame>& frames, Rows& rows) {
+void add_behind(const PackedRecords<ServoFrame>& frames, Rows& rows) {
   for (const BehindRow& row : kBehind) {
     const auto ticks = std::ranges::count_if(
         frames, [&](const ServoFrame& f) { return (f.flags & row.flag) != 0; });
@@ -288,13 +284,14 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   const double torque_limit = std::min(config.safety.max_torque, config.device.max_torque);
   double peak = 0, peak_torque = 0, felt_torque = 0, deepest = 0;
   size_t touching = 0, faults = 0, lost_time = 0;
+  const int64_t begin_ns = frames.empty() ? 0 : frames.front().t_ns;
   int64_t first_touch_ns = 0;
   for (const ServoFrame& f : frames) {
     const double force = norm(f.F_device_B.f);
     peak = std::max(peak, force);
     peak_torque = std::max(peak_torque, norm(f.F_coupling_W.t));
     felt_torque = std::max(felt_torque, norm(f.F_device_B.t));
-    if (is_touching(f) && ++touching == 1) first_touch_ns = f.t_ns - frames.front().t_ns;
+    if (is_touching(f) && ++touching == 1) first_touch_ns = f.t_ns - begin_ns;
     faults += (f.flags & kServoFault) != 0;
     lost_time += (f.device.flags & kDeviceLostTime) != 0;
     deepest = std::max(deepest, f.depth);

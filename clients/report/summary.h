@@ -28,7 +28,7 @@ VerifiedProxy verified_proxy(const ContactSet& set);
 
 /// The data of a recording that are evaluated.
 struct SessionData {
-  std::vector<ServoFrame> frames;
+  PackedRecords<ServoFrame> frames;
   std::vector<VerifiedProxy> proxies;
   PackedRecords<SceneFrame> scenes;
   uint64_t recorded = 0;  // samples of all three topics
@@ -46,7 +46,7 @@ struct PortEnergy {
   double returned = 0;                                   // the force moved the hand [J]
   double net() const { return into_device - returned; }  // ≥ 0: passive
 };
-PortEnergy port_energy(std::span<const ServoFrame> frames);
+PortEnergy port_energy(const PackedRecords<ServoFrame>& frames);
 
 /// How deep the proxies were inside objects.
 struct Penetration {

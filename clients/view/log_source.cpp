@@ -42,7 +42,7 @@ EyeFiles eyes_of(const McapReader& file) {
   const LogEyes found = read_log_eyes(file);
   if (!found.problem.empty()) tell(found.problem);
   EyeFiles eyes;
-  eyes.tool = eye_of(found.tool);
+  eyes.tool = eye_of(found.tools[kFirstHand]);
   for (const auto& [object, bytes] : found.objects) {
     eyes.objects.resize(object + 1);
     eyes.objects[object] = eye_of(bytes);

@@ -67,9 +67,9 @@ bool take_eyes(const Client& client, uint64_t& changes, SceneInfo& info) {
   const Eyes eyes = client.eyes();
   if (eyes.changes == changes) return false;
   changes = eyes.changes;
-  info.eyes.tool = mesh_text(eyes.tool.get());
+  info.eyes.tool = mesh_text(eyes.tools[kFirstHand].get());
   info.eyes.objects = texts_of(eyes.objects);
-  info.eyes.tool_pieces = mesh_text(eyes.tool_pieces.get());
+  info.eyes.tool_pieces = mesh_text(eyes.tool_pieces[kFirstHand].get());
   info.eyes.object_pieces = texts_of(eyes.object_pieces);
   return true;
 }

@@ -18,6 +18,8 @@ namespace haptic {
 enum class SegmentId : uint32_t {
   kControl = 1,
   kSim = 4,
+  kPoints = 5,      // what clients draw
+  kEdits = 6,       // what has changed shapes
   kClient0 = 0x80,  // what clients give, by number, up to kClient0 + kMostClients − 1
   kEye0 = 0x100,
   kPieces0 = 0x300
@@ -38,16 +40,16 @@ static_assert(contact_segment(kMostHands - 1) < SegmentId::kClient0);
 inline constexpr uint32_t kMostEyes = kMostHands + kMaxObjects;
 
 /// The number under which the eye file of an object, or of a hand's tool, is handed out.
-constexpr SegmentId eye_id(uint32_t object, uint32_t hand = kFirstHand) {
-  const uint32_t place = object == kEyeOfTool ? hand : kMostHands + object;
+constexpr SegmentId eye_id(uint32_t object) {
+  const uint32_t place = is_eye_of_tool(object) ? kEyeOfTool - object : kMostHands + object;
   return SegmentId{static_cast<uint32_t>(SegmentId::kEye0) + place};
 }
 
 /// The number under which the eye file of its convex pieces is handed out.
-constexpr SegmentId pieces_id(uint32_t object, uint32_t hand = kFirstHand) {
+constexpr SegmentId pieces_id(uint32_t object) {
   constexpr auto kBetween =
       static_cast<uint32_t>(SegmentId::kPieces0) - static_cast<uint32_t>(SegmentId::kEye0);
-  return SegmentId{static_cast<uint32_t>(eye_id(object, hand)) + kBetween};
+  return SegmentId{static_cast<uint32_t>(eye_id(object)) + kBetween};
 }
 static_assert(eye_id(kMaxObjects) <= SegmentId::kPieces0);
 
@@ -59,11 +61,11 @@ constexpr bool is_eye(SegmentId id) {
   return (id >= SegmentId::kEye0 && id < eye_id(kMaxObjects)) || is_pieces(id);
 }
 
-/// The object of such a number, kEyeOfTool for that of a tool; only where is_eye(id).
+/// The object of such a number, or eye_of_tool; only where is_eye(id).
 constexpr uint32_t eye_object(SegmentId id) {
   const SegmentId first = is_pieces(id) ? SegmentId::kPieces0 : SegmentId::kEye0;
   const uint32_t place = static_cast<uint32_t>(id) - static_cast<uint32_t>(first);
-  return place < kMostHands ? kEyeOfTool : place - kMostHands;
+  return place < kMostHands ? eye_of_tool(place) : place - kMostHands;
 }
 
 constexpr bool is_contact(SegmentId id) {

@@ -9,17 +9,25 @@
 #include <vector>
 
 #include "proto/os/message.h"
+#include "proto/wire/hands.h"
 
 /// The eye file: how one object, or the tool, is drawn. Little endian, in this order:
 ///
 ///   bytes  0  magic "HAPTEYE1"
-///          8  u32 number of vertices, of triangles, of points; u32 object (kEyeOfTool: the tool)
+///          8  u32 number of vertices, of triangles, of points; u32 object (eye_of_tool: a tool)
 ///         24  f32 colour: red, green, blue, alpha
 ///         40  name: 40 bytes of UTF-8, padded with NUL
 ///         80  f32 vertices [3n], f32 normals [3n], u32 triangles [3n], f32 points [3n]
 namespace haptic {
 
-inline constexpr uint32_t kEyeOfTool = 0xffff'ffff;
+inline constexpr uint32_t kEyeOfTool = 0xffff'ffff;  // of the first hand
+/// The object number of a hand's tool.
+constexpr uint32_t eye_of_tool(uint32_t hand) {
+  return kEyeOfTool - hand;
+}
+constexpr bool is_eye_of_tool(uint32_t object) {
+  return object > kEyeOfTool - kMostHands;
+}
 inline constexpr size_t kEyeNameBytes = 40;    // as a Name of a config has
 inline constexpr size_t kEyeHeaderBytes = 80;  // bytes before the arrays
 // [bytes]: far above what contact makes, far below what would hurt a reader

@@ -33,7 +33,7 @@ constexpr size_t kMostOfStranger = 16;   // connections per user, except owner a
 constexpr size_t kMostOfStrangers = 64;  // connections of all such users
 // kept for children: three restarts need about thirty, the eye files one each, with pieces two
 constexpr rlim_t kKeptForChildren = 48 + 2 * kMostEyes;
-// descriptors of the process that strangers cannot take: as many again for its own user
+// descriptors of the process that strangers cannot take: 48 more are left to its own user
 constexpr rlim_t kKeptForStrangers = kKeptForChildren + 48;
 constexpr size_t kMostEyesAtOnce = 4;  // unread by a client: as many as there are segments
 

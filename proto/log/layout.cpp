@@ -108,6 +108,7 @@ class Translator {
       }
     }
     out_.defaults.resize(ours.bytes);
+    out_.parts = ours.parts;
     for (const Field& field : ours) add(field);
   }
   Translation take() { return std::move(out_); }
@@ -227,6 +228,17 @@ void pack_message(std::span<const std::byte> record, std::span<const RecordPart>
   }
 }
 
+namespace {
+
+/// What the record before had in use, and this one has not.
+void clear_behind(size_t n, size_t before, const RecordPart& part, std::vector<std::byte>& out) {
+  const size_t end = std::min(before, part.most);
+  if (n >= end) return;
+  std::memset(&out[part.offset + kPartHeader + n * part.element], 0, (end - n) * part.element);
+}
+
+}  // namespace
+
 bool unpack_message(std::span<const std::byte> message, std::span<const RecordPart> parts,
                     size_t size, std::vector<std::byte>& out) {
   out.resize(size);
@@ -240,10 +252,12 @@ bool unpack_message(std::span<const std::byte> message, std::span<const RecordPa
   };
   if (!take(0, fixed)) return false;
   for (const RecordPart& part : parts) {
-    uint32_t n;
+    uint32_t before, n;
+    std::memcpy(&before, &out[part.offset], sizeof before);
     if (!take(part.offset, sizeof n)) return false;
     std::memcpy(&n, &out[part.offset], sizeof n);
     if (n > part.most) return false;
+    clear_behind(n, before, part, out);
     if (n == 0) continue;
     at = (at + kWord - 1) / kWord * kWord;
     if (at > message.size() || !take(part.offset + kPartHeader, n * part.element)) return false;
@@ -255,6 +269,12 @@ void apply(const Translation& translation, const std::byte* record, std::vector<
   out = translation.defaults;
   for (const Translation::Copy& copy : translation.copies) {
     std::memcpy(&out[copy.to], record + copy.from, copy.size);
+  }
+  for (const RecordPart& part : translation.parts) {
+    uint32_t n;
+    std::memcpy(&n, &out[part.offset], sizeof n);
+    n = static_cast<uint32_t>(std::min<size_t>(n, part.most));
+    std::memcpy(&out[part.offset], &n, sizeof n);
   }
 }
 

@@ -16,8 +16,8 @@ namespace haptic {
 /// aligned to eight bytes. Appends to `out`, which is empty.
 void pack_message(std::span<const std::byte> record, std::span<const RecordPart> parts,
                   std::vector<std::byte>& out);
-/// `size`: of the struct [bytes]. False: the message is not one of it. Places that are not in use
-/// keep what they had.
+/// `size`: of the struct [bytes]. False: the message is not one of it. Places that
+/// are not in use are zero where `out` was empty or this function's.
 bool unpack_message(std::span<const std::byte> message, std::span<const RecordPart> parts,
                     size_t size, std::vector<std::byte>& out);
 
@@ -31,6 +31,7 @@ struct Translation {
   };
   std::vector<std::byte> defaults;  // of a record here, where nothing is copied
   std::vector<Copy> copies;
+  std::vector<RecordPart> parts;  // of a record here, none of which becomes longer than it may be
   std::vector<std::string> lacking;  // "reseeds (0: not counted)"
 };
 

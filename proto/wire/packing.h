@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <numeric>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "proto/wire/parts.h"
@@ -97,11 +99,49 @@ class PackedRecords {
   bool empty() const { return begins_.empty(); }
   T operator[](size_t i) const {
     const size_t begin = begins_[i], end = i + 1 < size() ? begins_[i + 1] : words_.size();
-    T record;
+    T record{};
     Packing<T>::unpack(reinterpret_cast<const std::byte*>(&words_[begin]), end - begin, record);
     return record;
   }
+  T front() const { return (*this)[0]; }
   T back() const { return (*this)[size() - 1]; }
+
+  /// Goes through the records, each by value.
+  class Iterator {
+   public:
+    using value_type = T;
+    using difference_type = std::ptrdiff_t;
+
+    Iterator() = default;
+    Iterator(const PackedRecords* records, size_t at) : records_(records), at_(at) {}
+    T operator*() const { return (*records_)[at_]; }
+    Iterator& operator++() {
+      ++at_;
+      return *this;
+    }
+    Iterator operator++(int) { return std::exchange(*this, {records_, at_ + 1}); }
+    bool operator==(const Iterator&) const = default;
+
+   private:
+    const PackedRecords* records_ = nullptr;
+    size_t at_ = 0;
+  };
+  Iterator begin() const { return {this, 0}; }
+  Iterator end() const { return {this, size()}; }
+
+  /// The record that has this number in a field that grows from record to record; none: there is
+  /// none.
+  template <typename Number>
+  std::optional<T> find(Number T::*field, Number number) const {
+    size_t first = 0, last = size();
+    while (first < last) {
+      const size_t middle = std::midpoint(first, last);
+      (*this)[middle].*field < number ? first = middle + 1 : last = middle;
+    }
+    if (first == size()) return {};
+    const T record = (*this)[first];
+    return record.*field == number ? std::optional(record) : std::nullopt;
+  }
 
  private:
   std::vector<uint64_t> words_;

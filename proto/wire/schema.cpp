@@ -197,7 +197,7 @@ class Flattener {
     if (!line.is_part || depth > 0 || in_part_) {
       throw std::runtime_error("it has a field behind a sequence, or a sequence in another type");
     }
-    offset_ = aligned(offset_, 8);
+    if (offset_ % 8 != 0) throw std::runtime_error("it has a sequence that begins within a word");
     const size_t begin = offset_;
     const std::string name(line.name);
     add_number({"n_" + name, "uint32", begin, ""});

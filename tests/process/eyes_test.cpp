@@ -169,13 +169,13 @@ TEST_CASE("eyes: the bunny to be drawn is the bunny of the file, lighter") {
   CHECK(bunny.normals.size() == bunny.vertices.size());
   CHECK(bunny.points.empty());
   // a point is drawn as a sphere of a millimetre
-  check_box(box_of(eyes.tool->vertices), centred(2e-3, 2e-3, 2e-3), 1e-5);
+  check_box(box_of(eyes.tools[kFirstHand]->vertices), centred(2e-3, 2e-3, 2e-3), 1e-5);
 }
 
 TEST_CASE("eyes: peg and hole to be drawn have the sizes of the session file, and its points") {
   Drawn drawn("peg-in-hole.toml");
   const Eyes eyes = drawn.client.eyes();
-  const EyeMesh& peg = *eyes.tool;
+  const EyeMesh& peg = *eyes.tools[kFirstHand];
   const EyeMesh& hole = *eyes.objects[0];
   CHECK(peg.object == kEyeOfTool);
   CHECK(hole.object == 0);
@@ -216,7 +216,7 @@ TEST_CASE("eyes: the sphere of virtual-proxy3 and the colours are those of the s
   check_box(box_of(eyes.objects[0]->vertices), centred(0.08, 0.08, 0.08), 1e-7);
   CHECK(eyes.objects[1]->triangles.size() == 80);
   CHECK_FALSE(eyes.objects[1]->colour == eyes.objects[0]->colour);
-  check_box(box_of(eyes.tool->vertices), centred(6e-3, 6e-3, 6e-3), 1e-5);
+  check_box(box_of(eyes.tools[kFirstHand]->vertices), centred(6e-3, 6e-3, 6e-3), 1e-5);
 }
 
 TEST_CASE("eyes: after kill -9 of contact they are there again, and not before from the spare") {

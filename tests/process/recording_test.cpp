@@ -106,7 +106,7 @@ TEST_CASE("hapt info, diff, recover: of a real recording, and of one that was cu
   // how the block is drawn is in it
   const McapReader whole(folder + "/run.mcap");
   const LogEyes eyes = read_log_eyes(whole);
-  CHECK_FALSE(eyes.tool.empty());
+  CHECK_FALSE(eyes.tools[kFirstHand].empty());
   REQUIRE(eyes.objects.contains(0));
   CHECK(view_eye(eyes.objects.at(0)).name == "block");
   CHECK(whole.find_channel("/scene/markers/object_0") != nullptr);

@@ -14,6 +14,8 @@ namespace haptic {
 Contact contact_of(const PushCluster& cluster_O, uint32_t object, const Pose& X_WO,
                    const Pose& X_WT);
 
+inline constexpr size_t kMostNear = 16;  // objects that share what room is left
+
 /// Adds the clusters of each object to a set as contacts. `clusters_of(object, room)` writes them
 /// into the room, which is shared by the objects, `most` for one; `describe(object, cluster,
 /// contact)` adds what it knows how to find. Sets kContactTruncated where a room is used up.
@@ -22,12 +24,13 @@ void add_clusters(const BodyQuestion& question, size_t n_objects, size_t most, C
                   const ClustersOf& clusters_of, const Describe& describe) {
   std::array<PushCluster, kMaxContacts> memory;
   for (uint32_t object = 0; object < n_objects; ++object) {
-    // the rest of the room is shared by the remaining objects; of many each has a place at least
+    // the rest of the room is shared by the remaining objects, of which few are near
     const size_t left = kMaxContacts - set.contacts.size();
-    const size_t share = std::min(left, std::max<size_t>(left / (n_objects - object), 1));
+    const size_t fair = left / std::min(n_objects - object, kMostNear);
+    const size_t share = std::min(left, std::max<size_t>(fair, 1));
     const std::span<PushCluster> room = std::span(memory).first(std::min(most, share));
     const size_t n = clusters_of(object, room);
-    if (n == room.size()) set.flags |= kContactTruncated;
+    if (n > 0 && n == room.size()) set.flags |= kContactTruncated;
     for (const PushCluster& cluster : room.first(n)) {
       Contact c = contact_of(cluster, object, question.X_WO[object], question.X_WT);
       describe(object, cluster, c);

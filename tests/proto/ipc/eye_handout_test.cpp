@@ -48,7 +48,7 @@ struct Session {
 };
 
 size_t count(const Eyes& eyes) {
-  size_t n = eyes.tool != nullptr;
+  size_t n = eyes.tools[kFirstHand] != nullptr;
   for (const auto& object : eyes.objects) n += object != nullptr;
   return n;
 }
@@ -57,12 +57,12 @@ size_t count(const Eyes& eyes) {
 
 TEST_CASE("eyes: their numbers are apart from the segments and name their object") {
   CHECK(eye_id(kEyeOfTool) == SegmentId{0x100});
-  CHECK(eye_id(kEyeOfTool, kMostHands - 1) == SegmentId{0x103});
+  CHECK(eye_id(eye_of_tool(kMostHands - 1)) == SegmentId{0x103});
   CHECK(eye_id(0) == SegmentId{0x104});
   CHECK(eye_object(eye_id(15)) == 15);
   for (uint32_t hand = 0; hand < kMostHands; ++hand) {
-    CHECK(eye_object(eye_id(kEyeOfTool, hand)) == kEyeOfTool);
-    CHECK(eye_object(pieces_id(kEyeOfTool, hand)) == kEyeOfTool);
+    CHECK(eye_object(eye_id(eye_of_tool(hand))) == eye_of_tool(hand));
+    CHECK(eye_object(pieces_id(eye_of_tool(hand))) == eye_of_tool(hand));
   }
   CHECK(is_eye(eye_id(kMaxObjects - 1)));
   CHECK_FALSE(is_eye(eye_id(kMaxObjects)));
@@ -95,8 +95,8 @@ TEST_CASE("eyes: convex pieces come beside the meshes, of the object that they n
   const Eyes eyes = client.eyes();
   CHECK(eyes.objects[2]->vertices.size() == 5);
   CHECK(eyes.object_pieces[2]->vertices.size() == 9);
-  CHECK(eyes.tool_pieces->vertices.size() == 7);
-  CHECK(eyes.tool == nullptr);
+  CHECK(eyes.tool_pieces[kFirstHand]->vertices.size() == 7);
+  CHECK(eyes.tools[kFirstHand] == nullptr);
   CHECK(eyes.problem.empty());
   // one that says of another object than it was announced for
   offer(pieces_id(4), eye_of(5));

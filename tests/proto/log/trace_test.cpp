@@ -575,7 +575,7 @@ TEST_CASE(
     CHECK(reader.attachments()[3].log_time_ns == 14);
     CHECK(reader.attachments()[0].size == large.size());
     const LogEyes eyes = read_log_eyes(reader);
-    CHECK(eyes.tool == large);
+    CHECK(eyes.tools[kFirstHand] == large);
     REQUIRE(eyes.objects.size() == 1);
     CHECK(eyes.objects.at(3) == small);  // the newest
   }
@@ -588,7 +588,7 @@ TEST_CASE(
   const McapReader damaged(path);
   CHECK_THROWS_WITH(damaged.read_attachment(damaged.attachments()[0]),
                     Catch::Contains("attachment 'eye/tool'") && Catch::Contains("wrong CRC"));
-  CHECK(read_log_eyes(damaged).tool.empty());
+  CHECK(read_log_eyes(damaged).tools[kFirstHand].empty());
 }
 
 }  // namespace haptic

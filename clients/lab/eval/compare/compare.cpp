@@ -139,13 +139,15 @@ class Column {
   void measure_force() {
     double sum = 0;
     size_t touching = 0;
-    for (size_t k = 0; k < frames_.size(); ++k) {
-      const Vec3& f = frames_[k].F_device_B.f;
-      if (is_touching(frames_[k])) ++touching, sum += norm(f);
-      if (k == 0) continue;
-      const double ms = 1e-6 * static_cast<double>(frames_[k].t_ns - frames_[k - 1].t_ns);
-      const double step = norm(f - frames_[k - 1].F_device_B.f) / ms;
-      figures_.force_step = std::max(figures_.force_step, step);
+    std::optional<ServoFrame> before;
+    for (const ServoFrame& frame : frames_) {
+      const Vec3& f = frame.F_device_B.f;
+      if (is_touching(frame)) ++touching, sum += norm(f);
+      if (before) {
+        const double ms = 1e-6 * static_cast<double>(frame.t_ns - before->t_ns);
+        figures_.force_step = std::max(figures_.force_step, norm(f - before->F_device_B.f) / ms);
+      }
+      before = frame;
     }
     figures_.contact_force = touching > 0 ? sum / static_cast<double>(touching) : 0;
     figures_.share =
@@ -186,7 +188,7 @@ class Column {
   Lockstep lockstep_;
   ToolPoints tool_;
   double layer_;  // distance at which a surface may push [m]
-  std::vector<ServoFrame> frames_;
+  PackedRecords<ServoFrame> frames_;
   PackedRecords<SceneFrame> scenes_;
   int64_t written_set_ns_ = -1;
   uint64_t written_scene_ = 0;
