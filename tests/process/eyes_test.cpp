@@ -226,11 +226,11 @@ TEST_CASE("eyes: after kill -9 of contact they are there again, and not before f
       eventually([] { return test::has(say_to_session("drawn", "status"), "\"ready\": true"); }));
   const Eyes before = drawn.client.eyes();
   CHECK(before.changes == 2);
-  CHECK(before.tool->generation == 1);
+  CHECK(before.tools[kFirstHand]->generation == 1);
   kill(test::writer_of(drawn.watcher.contact), SIGKILL);
   REQUIRE(eventually([&] { return drawn.client.eyes().changes == 4; }));
   const Eyes after = drawn.client.eyes();
-  CHECK(after.tool->generation == 2);
+  CHECK(after.tools[kFirstHand]->generation == 2);
   CHECK(after.objects[0]->generation == 2);
   CHECK(std::equal(before.objects[0]->vertices.begin(), before.objects[0]->vertices.end(),
                    after.objects[0]->vertices.begin(), after.objects[0]->vertices.end()));

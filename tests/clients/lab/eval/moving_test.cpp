@@ -118,8 +118,9 @@ TEST_CASE("summary: a rigid tool that was put on the other side of an object is 
   const BakedSession baked = bake_session(config);
   const auto judged_way = [&](double to, uint32_t flags, bool is_paused = false) {
     SessionData data;
-    data.frames.resize(1);
-    if (is_paused) data.frames[0].flags = kServoPaused;
+    ServoFrame frame{};
+    if (is_paused) frame.flags = kServoPaused;
+    data.frames.push_back(frame);
     for (const double z : {10.1e-3, to}) {
       VerifiedProxy proxy;
       proxy.X_WG.p.z = z;
