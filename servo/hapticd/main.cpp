@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapticd: starts, watches and restarts the three processes of a session, hands out their rings.
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <stdexcept>
@@ -44,7 +46,18 @@ struct Options {
   throw std::runtime_error(haptic::cannot_start(program, errno));
 }
 
+/// The eye files of a scene alone may be 520 descriptors, where a login allows 1024.
+void allow_descriptors() {
+  constexpr rlim_t kWanted = 4096;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= kWanted) return;
+  limit.rlim_cur = std::min(limit.rlim_max, kWanted);
+  // refused: the server says to each client that it cannot take
+  static_cast<void>(setrlimit(RLIMIT_NOFILE, &limit));
+}
+
 int run(Options options) {
+  allow_descriptors();
   options.config_path = haptic::find_session_file(options.config_path);
   std::string text = haptic::read_config_text(options.config_path);
   haptic::SessionConfig config = haptic::parse_config(text, options.config_path);
