@@ -4,6 +4,7 @@
 
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include "contact/detect/point_detector.h"
 #include "proto/wire/renderer.h"
@@ -87,6 +88,47 @@ TEST_CASE("contact step: of a full scene it reads the objects that the session h
   const auto set =
       std::make_unique<ContactSet>(contact_step(b.model, *b.state, servo, scene.get()));
   CHECK(set->X_WG.p == servo.X_WT.p);
+  CHECK(set->objects.size() == 1);
+}
+
+TEST_CASE("contact step: it counts the frames that it did not answer, and since when") {
+  Bench b;
+  const auto answered = [&](uint64_t tick, uint64_t skipped) {
+    ServoFrame servo{};
+    servo.tick = tick;
+    servo.t_ns = static_cast<int64_t>(tick) * 1'000'000;
+    servo.skipped = skipped;
+    const auto set = std::make_unique<ContactSet>(contact_step(b.model, *b.state, servo, nullptr));
+    return std::pair{set->skipped, set->behind_since_ns};
+  };
+  using Lag = std::pair<uint64_t, int64_t>;
+  CHECK(answered(100, 3) == Lag{0, 0});
+  CHECK(answered(101, 3) == Lag{0, 0});
+  CHECK(answered(104, 3) == Lag{2, 104'000'000});
+  // the servo has skipped these three itself, and one more frame was missed
+  CHECK(answered(109, 6) == Lag{3, 104'000'000});
+  CHECK(answered(1108, 1004) == Lag{3, 104'000'000});
+  // nothing for a second, then again
+  CHECK(answered(1111, 1006) == Lag{3, 0});
+  CHECK(answered(1113, 1006) == Lag{4, 1'113'000'000});
+  // a servo that has begun anew
+  CHECK(answered(5, 0) == Lag{4, 1'113'000'000});
+}
+
+TEST_CASE("contact step: a grasp of an object that a scene has no more ends in no force") {
+  Bench b;
+  b.answer({0, 0, 0.06}, 0);
+  b.state->grasp.object = 0;
+  b.state->grasp.was_pressed = true;
+  b.model.grasp_button = 0;
+  ServoFrame servo{};
+  servo.tick = 2;
+  servo.t_ns = 2'000'000;
+  servo.X_WT.p = servo.X_WG.p = {0, 0, 0.06};
+  servo.device.buttons = 1;
+  const auto none = std::make_unique<SceneFrame>();
+  const auto set = std::make_unique<ContactSet>(contact_step(b.model, *b.state, servo, none.get()));
+  CHECK(is_finite(set->X_WG));
   CHECK(set->objects.size() == 1);
 }
 
