@@ -31,6 +31,8 @@ What nobody reads yet waits for what comes:
 | `GuideRow::guide`, `tangent_O`, `curvature`, `stiffness`, `flags` | guides that lead a hand along paths; the flag *field* of a set with fields that pull |
 | `behind_since_ns` of three processes | the words of a process that has fallen behind |
 | `ContactSet::compliance` | objects that give way |
+| the segments of points and of edits | what clients draw; paint, clay and drills, which change shapes |
+| `SceneFrame::flags` | nothing yet: it fills a word |
 )";
 
 /// The unit at the start of a field's doc, or that of its type; and the rest.
