@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "proto/wire/copy_in_use.h"
 #include "servo/lead.h"
 
 namespace haptic {
@@ -64,7 +65,7 @@ void ServoLoop::tick(const Tick& tick) {
   last_woke_ns_ = woke_ns;
   input_.skipped = tick.skipped;
 
-  frame_ = servo_step(model_, state_, input_);
+  copy_in_use(servo_step(model_, state_, input_), frame_);
   // after such a delay the force belongs to an outdated position of the hand
   dropped_ = now_ns() - woke_ns >= patience_ns_;
   if (dropped_) frame_.F_device_B = {};

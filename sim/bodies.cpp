@@ -8,6 +8,7 @@
 
 #include "contact/shape/mesh/mass_properties.h"
 #include "proto/math/assert.h"
+#include "proto/wire/copy_in_use.h"
 #include "proto/wire/scene_pose.h"
 #include "sim/mobility.h"
 
@@ -314,7 +315,7 @@ void step_bodies(const BodiesModel& model, BodiesState& state, const HandFrames&
   }
   for (uint32_t j = 0; j < frame.joints.size(); ++j) frame.joints[j] = state.world->joint(j);
   note_seen(model, state, frame);
-  state.last = frame;
+  copy_in_use(frame, state.last);
 }
 
 }  // namespace haptic

@@ -10,6 +10,7 @@
 #include "proto/ipc/process.h"
 #include "proto/os/priorities.h"
 #include "proto/wire/behind.h"
+#include "proto/wire/copy_in_use.h"
 #include "sim/step.h"
 
 namespace haptic {
@@ -98,7 +99,7 @@ int run(const ChildArguments& arguments) {
     controls.latest(control);
     // a ring may hold anything
     const double time_scale = control.scene_time_scale >= 0 ? control.scene_time_scale : 0;
-    frame = sim_step(model, *state, {hand.latest()}, t_ns, time_scale);
+    copy_in_use(sim_step(model, *state, {hand.latest()}, t_ns, time_scale), frame);
     frame.skipped = skipped;
     frame.behind_since_ns = behind.seen(skipped, t_ns);
     frame.busy_ns = now_ns() - begin_ns;
