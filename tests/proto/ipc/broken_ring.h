@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "proto/ipc/ring.h"
+
 namespace haptic::test {
 
 /// The step left out of a ring, or the weakened memory order.
