@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "proto/wire/copy_in_use.h"
+#include "proto/wire/packing.h"
 #include "servo/lead.h"
 
 namespace haptic {

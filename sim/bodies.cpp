@@ -8,7 +8,7 @@
 
 #include "contact/shape/mesh/mass_properties.h"
 #include "proto/math/assert.h"
-#include "proto/wire/copy_in_use.h"
+#include "proto/wire/packing.h"
 #include "proto/wire/scene_pose.h"
 #include "sim/mobility.h"
 

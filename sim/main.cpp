@@ -10,7 +10,7 @@
 #include "proto/ipc/process.h"
 #include "proto/os/priorities.h"
 #include "proto/wire/behind.h"
-#include "proto/wire/copy_in_use.h"
+#include "proto/wire/packing.h"
 #include "sim/step.h"
 
 namespace haptic {

@@ -12,7 +12,7 @@ namespace haptic {
 /// Name of the one column of a recorded session.
 inline constexpr std::string_view kSessionColumn = "session";
 
-/// One run in a recording: a session has one, a comparison one for each renderer.
+/// One run in a recording: a session has one for each hand, a comparison one for each renderer.
 struct LogColumn {
   std::string name;                 // "session", "god-object6", "voxel/quasi-static"
   std::string servo, contact, sim;  // its topics

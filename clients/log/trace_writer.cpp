@@ -60,9 +60,8 @@ bool TraceWriter::write_record(std::string_view topic, std::span<const std::byte
   if (channel == nullptr) {
     throw McapError("'" + std::string(topic) + "' is not a topic of this recording");
   }
-  message_.clear();
+  message_.assign(kCdrHeader.begin(), kCdrHeader.end());
   pack_message(record, parts, message_);
-  message_.insert(message_.begin(), kCdrHeader.begin(), kCdrHeader.end());
   return write_message(channel->id, message_, stamp);
 }
 

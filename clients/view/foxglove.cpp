@@ -64,9 +64,8 @@ std::string message_data(uint32_t subscription, const Record& record) {
   out += kMessageData;
   append(out, subscription);
   append(out, static_cast<uint64_t>(record.realtime_ns));
-  std::vector<std::byte> message;
+  std::vector<std::byte> message(kCdrHeader.begin(), kCdrHeader.end());
   pack_message(record.bytes, record.parts, message);
-  append(out, kCdrHeader);
   return out.append(reinterpret_cast<const char*>(message.data()), message.size());
 }
 

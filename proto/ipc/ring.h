@@ -13,7 +13,7 @@
 
 namespace haptic {
 
-/// What a reader copies of an item: all that is in use, or only the fields before its lists
+/// A reader copies all of an item that is in use, or only the fields before its lists
 /// (packed_ring.h), which are then empty.
 enum class Take { kAll, kFields };
 

@@ -34,6 +34,13 @@ constexpr auto kMoved = std::to_array<Moved>({
     {"SceneFrame", "seen[#]", "responses[#/2].seen[#%2]"},
 });
 
+/// Clears the values that the record before had in use and this one has not.
+void clear_behind(size_t n, size_t before, const RecordPart& part, std::vector<std::byte>& out) {
+  const size_t end = std::min(before, part.most);
+  if (n >= end) return;
+  std::memset(&out[part.offset + kPartHeader + n * part.element], 0, (end - n) * part.element);
+}
+
 /// The first index of a path; none: it has none.
 std::optional<uint32_t> index_in(std::string_view path) {
   const size_t bracket = path.find('[');
@@ -212,6 +219,7 @@ Translation translate(std::string_view schema, const Fields& ours, const Fields&
 
 void pack_message(std::span<const std::byte> record, std::span<const RecordPart> parts,
                   std::vector<std::byte>& out) {
+  const size_t begin = out.size();
   const auto append = [&](const std::byte* from, size_t bytes) {
     out.insert(out.end(), from, from + bytes);
   };
@@ -223,21 +231,10 @@ void pack_message(std::span<const std::byte> record, std::span<const RecordPart>
     const auto in_use = static_cast<uint32_t>(std::min<size_t>(n, part.most));
     append(reinterpret_cast<const std::byte*>(&in_use), sizeof in_use);
     if (in_use == 0) continue;
-    out.resize((out.size() + kWord - 1) / kWord * kWord);
+    out.resize(begin + (out.size() - begin + kWord - 1) / kWord * kWord);
     append(from + kPartHeader, in_use * part.element);
   }
 }
-
-namespace {
-
-/// What the record before had in use, and this one has not.
-void clear_behind(size_t n, size_t before, const RecordPart& part, std::vector<std::byte>& out) {
-  const size_t end = std::min(before, part.most);
-  if (n >= end) return;
-  std::memset(&out[part.offset + kPartHeader + n * part.element], 0, (end - n) * part.element);
-}
-
-}  // namespace
 
 bool unpack_message(std::span<const std::byte> message, std::span<const RecordPart> parts,
                     size_t size, std::vector<std::byte>& out) {

@@ -13,7 +13,7 @@ namespace haptic {
 
 /// A message of a recording, or of ROS 2, and its struct in memory. What is before the first part
 /// is the same in both; a part is a sequence in the message: the number of its values, and these,
-/// aligned to eight bytes. Appends to `out`, which is empty.
+/// aligned to eight bytes from where the message begins. Appends to `out`.
 void pack_message(std::span<const std::byte> record, std::span<const RecordPart> parts,
                   std::vector<std::byte>& out);
 /// `size`: of the struct [bytes]. False: the message is not one of it. Places that

@@ -61,7 +61,7 @@ struct TopicInfo {
 /// The topics of a recording of one hand.
 extern const std::array<TopicInfo, 5> kTopics;
 
-/// Of any hand; nullptr if there is no such topic.
+/// Finds a topic of any hand by its name; nullptr if there is none.
 const TopicInfo* find_topic(std::string_view name);
 
 /// The struct of a topic, without its type.

@@ -23,8 +23,7 @@ class Packed {
  public:
   using value_type = T;
 
-  Packed() {}  // NOLINT: that leaves the places alone
-  explicit Packed(std::span<const T> values) { assign(values); }
+  Packed() {}  // NOLINT(modernize-use-equals-default): Packed{} would then zero all places
 
   static constexpr size_t capacity() { return kMost; }
   size_t size() const { return std::min<size_t>(size_, kMost); }

@@ -31,7 +31,7 @@ inline void set_time(SceneFrame& scene, int64_t t_ns) {
   for (SceneObject& object : scene.objects) object.t_ns = t_ns;
 }
 
-/// What is in use of a record with parts, as a ring holds it. All else of it may be anything.
+/// Returns the bytes that a ring holds of a record with parts. The others may be anything.
 template <typename T>
 std::vector<std::byte> bytes_in_use(const T& record) {
   std::vector<std::byte> bytes;

@@ -14,7 +14,8 @@ namespace haptic {
 Contact contact_of(const PushCluster& cluster_O, uint32_t object, const Pose& X_WO,
                    const Pose& X_WT);
 
-inline constexpr size_t kMostNear = 16;  // objects that share what room is left
+// objects that share what room is left: each then has four of 64 contacts, as the corners of a box
+inline constexpr size_t kMostNear = 16;
 
 /// Adds the clusters of each object to a set as contacts. `clusters_of(object, room)` writes them
 /// into the room, which is shared by the objects, `most` for one; `describe(object, cluster,

@@ -15,6 +15,7 @@
 #include <random>
 #include <sstream>
 
+#include "clients/log/log_columns.h"
 #include "clients/log/log_survey.h"
 #include "proto/math/units.h"
 #include "tests/support/temporary_folder.h"
@@ -82,6 +83,26 @@ void check_ticks(LogIndex& log, uint64_t end) {
 }
 
 }  // namespace
+
+TEST_CASE("log columns: a recording has one for each hand that it holds") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/hands.mcap";
+  const auto columns_of = [&](const std::vector<uint32_t>& hands) {
+    std::vector<TopicInfo> topics;
+    for (const uint32_t hand : hands) topics.push_back(*find_topic(servo_topic(hand).name));
+    CHECK(TraceWriter(path, {}, topics).close());
+    std::vector<std::string> found;
+    for (const LogColumn& column : log_columns(TraceReader(path))) {
+      found.push_back(column.name + " " + column.servo + " " + column.contact);
+    }
+    return found;
+  };
+  using Names = std::vector<std::string>;
+  CHECK(columns_of({0}) == Names{"session /servo0/frame /contact0/set"});
+  CHECK(columns_of({0, 3}) ==
+        Names{"session /servo0/frame /contact0/set", "hand 3 /servo3/frame /contact3/set"});
+  CHECK(find_topic("/servo4/frame") == nullptr);
+}
 
 TEST_CASE("log index: the records of any tick of a file with an end, and of one that was cut") {
   const test::TemporaryFolder folder;
