@@ -154,7 +154,7 @@ TickStart begin_tick(const ServoModel& model, ServoState& state, const ServoInpu
 
   const bool same_writer = input.contact_generation == state.contact_generation;
   state.contact_generation = input.contact_generation;
-  ContactArrival arrival;
+  Arrival arrival;
   if (input.contacts != nullptr) {
     arrival = {true, input.contacts->seq, input.contacts->answers_t_ns, same_writer};
   }

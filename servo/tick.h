@@ -67,7 +67,7 @@ struct ServoState {
   RenderState render;                     // the solver in use
   GraspState grasp;
   LightBodies light;
-  ContactAge age;
+  Age age;
   Pace pace;
   BehindSince behind;
   SafetyState safety;

@@ -260,7 +260,8 @@ BodiesModel build_bodies(const SessionConfig& config, std::span<const MeshShape>
     made.mass = mass_of(object, made.mesh);
     made.shape = shape_of(object, made.mesh);
     made.pieces = pieces_of(i < pieces.size() ? pieces[i] : PieceTree{}, made.mesh);
-    made.never_moves = !has_mass(object.body) && row_of(object.motion.kind).is_still;
+    made.never_moves = !has_mass(object.body) && row_of(object.motion.kind).is_still &&
+                       !is_moved_by_client(config, i);
     made.friction = object.material.friction_dynamic;
     made.restitution = object.body.restitution;
     model.world.objects.push_back(std::move(made));
@@ -269,11 +270,11 @@ BodiesModel build_bodies(const SessionConfig& config, std::span<const MeshShape>
   return model;
 }
 
-bool is_of(const BodiesModel& model, size_t n_objects, const SceneFrame& frame) {
+bool is_of(const BodiesModel& model, size_t n_objects, size_t n_given, const SceneFrame& frame) {
   const size_t n = model.with_mass.size();
-  if (frame.objects.size() != n_objects || frame.responses.size() != n) return false;
+  if (frame.objects.size() != n_objects || frame.responses.size() != n + n_given) return false;
   if (frame.joints.size() != model.world.joints.size()) return false;
-  if (frame.n_hands == 0 || frame.seen.size() != n * frame.n_hands) return false;
+  if (frame.n_hands == 0 || frame.seen.size() != (n + n_given) * frame.n_hands) return false;
   for (size_t k = 0; k < n; ++k) {
     if (frame.objects[model.with_mass[k]].response != k) return false;
   }

@@ -48,8 +48,9 @@ struct BodiesState {
 /// it was busy; cut at each period, steps of more than 0.3 of it would keep it late for ever.
 int steps_between(double dt, double period);
 
-/// Returns whether this can be a frame of the same session: as many objects, and the same bodies.
-bool is_of(const BodiesModel& model, size_t n_objects, const SceneFrame& frame);
+/// Returns whether this can be a frame of the same session: as many objects, the same bodies, and
+/// `n_given` objects of clients.
+bool is_of(const BodiesModel& model, size_t n_objects, size_t n_given, const SceneFrame& frame);
 
 /// Moves the bodies from state.last to the frame's instant and notes in `frame`, where scripted
 /// objects are already, their poses, twists and responses. The world is made at the first call.

@@ -20,15 +20,50 @@ constexpr int64_t kPatienceNs = kNsPerSecond;  // longest wait for the session's
 constexpr int64_t kLookNs = 1'000'000;         // between checks
 // of a sim that moves bodies: it belongs to the hand's loop, below contact, above hapticd's threads
 
-/// The newest frame of the hand, kept from step to step.
+/// The newest frame of the hand, kept from step to step. Where clients move objects every frame
+/// counts.
 struct HandInbox {
+  static constexpr int kMostAtOnce = 64;  // behind more than that, the rest is passed over
+
   RingSource<&ServoChannels::frames> frames;
   ServoFrame frame{};
   bool any = false;
 
-  const ServoFrame* latest() {
-    any |= frames.latest(frame);
+  const ServoFrame* latest(const SimModel& model, SimState& state) {
+    for (int n = 0; !model.given.objects.empty() && n < kMostAtOnce && frames.next(frame); ++n) {
+      any = true;
+      see_hand(model.given, state.given, kFirstHand, frame);
+    }
+    if (frames.latest(frame)) {
+      any = true;
+      see_hand(model.given, state.given, kFirstHand, frame);
+    }
     return any ? &frame : nullptr;
+  }
+};
+
+/// The rings of the clients that may move objects.
+struct ClientInboxes {
+  struct Inbox {
+    uint32_t client;
+    RingSource<&ClientChannels::frames> frames;
+  };
+  std::vector<Inbox> inboxes;
+  GivenFrame frame{};
+
+  explicit ClientInboxes(Child<SimChannels>& child) {
+    for (uint32_t c = 0; c < child.config().n_clients; ++c) {
+      if (child.config().clients[c].n_moves == 0) continue;
+      inboxes.push_back({c, child.ring<&ClientChannels::frames>(Start::kNewest, c)});
+    }
+  }
+
+  void take(const SimModel& model, SimState& state, int64_t t_ns) {
+    for (Inbox& inbox : inboxes) {
+      if (!inbox.frames.latest(frame)) continue;
+      see_client(model.given, state.given, inbox.client, inbox.frames.item_generation(), frame,
+                 t_ns);
+    }
   }
 };
 
@@ -74,18 +109,19 @@ int run(const ChildArguments& arguments) {
   auto predecessors = child.ring<&SimChannels::frames>(Start::kOldest);
   auto controls = child.ring<&ControlChannels::frames>(Start::kOldest);
   HandInbox hand{child.ring<&ServoChannels::frames>(Start::kOldest)};
+  ClientInboxes clients(child);
   const BakedBodies baked = bake_where_needed(child.config());
   std::vector<MeshShape> shapes;
   for (const BakedShape& object : baked.objects) shapes.push_back(object.shape);
   std::vector<PieceTree> pieces;
   for (const BakedPieces& object : baked.pieces) pieces.push_back(object.tree);
   const SimModel model = build_sim(child.config(), shapes, pieces);
-  const auto state = std::make_unique<SimState>();
+  const auto state = std::make_unique<SimState>(model);
   child.attach();
-  const bool moves_bodies = !model.bodies.with_mass.empty();
+  const bool is_pushed = model.moves_by_pushes();
   // four frames: the last, the next, that of a step and that of a reader
-  child.enter_realtime({.fifo_priority = moves_bodies ? kSimPriority : 0,
-                        .lock_memory = moves_bodies,
+  child.enter_realtime({.fifo_priority = is_pushed ? kSimPriority : 0,
+                        .lock_memory = is_pushed,
                         .prefault_stack = 4 * sizeof(SceneFrame) + 128 * 1024});
 
   ControlFrame control{};
@@ -99,7 +135,9 @@ int run(const ChildArguments& arguments) {
     controls.latest(control);
     // a ring may hold anything
     const double time_scale = control.scene_time_scale >= 0 ? control.scene_time_scale : 0;
-    copy_in_use(sim_step(model, *state, {hand.latest()}, t_ns, time_scale), frame);
+    const HandFrames hands{hand.latest(model, *state)};
+    clients.take(model, *state, t_ns);
+    copy_in_use(sim_step(model, *state, hands, t_ns, time_scale), frame);
     frame.skipped = skipped;
     frame.behind_since_ns = behind.seen(skipped, t_ns);
     frame.busy_ns = now_ns() - begin_ns;
@@ -117,7 +155,7 @@ int run(const ChildArguments& arguments) {
     skipped = tick.skipped;
     const int64_t t_ns = grid_point(tick, clock.period());
     publish_step(t_ns, tick.deadline_ns + tick.late_ns);
-    if (moves_bodies) rest_after(now_ns(), frame.busy_ns, t_ns + clock.period());
+    if (is_pushed) rest_after(now_ns(), frame.busy_ns, t_ns + clock.period());
   }
   child.finish();
   return kExitClean;

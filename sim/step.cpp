@@ -22,7 +22,9 @@ int64_t elapsed_ns(const SimState& state, int64_t t_ns) {
 
 SimModel build_sim(const SessionConfig& config, std::span<const MeshShape> shapes,
                    std::span<const PieceTree> pieces) {
-  return {config.n_objects, 1, config.objects, build_bodies(config, shapes, pieces)};
+  SimModel model{config.n_objects, 1, config.objects, build_bodies(config, shapes, pieces), {}};
+  model.given = build_given(config, static_cast<uint32_t>(model.bodies.with_mass.size()));
+  return model;
 }
 
 SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double time_scale) {
@@ -50,10 +52,20 @@ SceneFrame sim_step(const SimModel& model, SimState& state, const HandFrames& ha
     const double speed = phase_speed(object.motion);
     const ScriptedState scripted =
         scripted_state(object, state.first_phase[i] + speed * scene_time, time_scale * speed);
-    frame.objects[i] = {scripted.X_WO,    scripted.V_WO, frame.t_ns,
-                        kExtrapolationNs, kNoResponse,   kMovedBySim};
+    frame.objects[i] = {.X_WO = scripted.X_WO,
+                        .V_WO = scripted.V_WO,
+                        .t_ns = frame.t_ns,
+                        .extrapolation_ns = kExtrapolationNs,
+                        .reduction = 0,
+                        .most_force = 0,
+                        .response = kNoResponse,
+                        .mover = kMovedBySim};
+  }
+  if (!model.given.objects.empty()) {
+    step_given(model.given, state.given, {hands.data(), hands.size()}, frame);
   }
   if (!model.bodies.with_mass.empty()) step_bodies(model.bodies, state.bodies, hands, frame);
+  if (!model.given.objects.empty()) note_given(model.given, state.given, frame);
   return frame;
 }
 
@@ -61,12 +73,13 @@ void resume(const SimModel& model, SimState& state, const SceneFrame& last) {
   HAPTIC_ASSERT(!state.started);
   state.seq = last.seq;
   // a ring may hold anything
-  if (!is_of(model.bodies, model.n_objects, last) || last.n_hands != model.n_hands) return;
+  if (!is_of(model.bodies, model.n_objects, model.given.objects.size(), last) || last.n_hands != model.n_hands) return;
   state.t_ns = last.t_ns;
   state.started = true;
   state.resumed = true;
   state.bodies.resumed = true;
   state.bodies.last = last;
+  resume_given(model.given, state.given, last);
   for (uint32_t i = 0; i < model.n_objects; ++i) {
     const SceneObject& object = last.objects[i];
     state.first_phase[i] = phase_of(model.objects[i], object.X_WO, object.V_WO);

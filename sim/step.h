@@ -7,6 +7,7 @@
 #include "proto/config/config.h"
 #include "proto/wire/wire.h"
 #include "sim/bodies.h"
+#include "sim/given/given_objects.h"
 
 namespace haptic {
 
@@ -15,12 +16,19 @@ struct SimModel {
   uint32_t n_objects = 0, n_hands = 1;
   std::array<ObjectConfig, kMaxObjects> objects{};
   BodiesModel bodies;
+  GivenModel given;
+
+  /// Something can be pushed, so sim belongs to the hand's loop.
+  bool moves_by_pushes() const { return !bodies.with_mass.empty() || !given.objects.empty(); }
 };
 
 /// What persists from step to step; it can be moved, not copied. Phase of object i: first_phase[i]
 /// + 2π·frequency·scene_ns. The scene clock is an integer, so it never drifts; it stands still
 /// while no sim runs.
 struct SimState {
+  SimState() = default;
+  explicit SimState(const SimModel& model) : given(begin_given(model.given, model.n_hands)) {}
+
   uint64_t seq = 0;      // of the last frame; the first is 1
   int64_t t_ns = 0;      // of the last frame
   int64_t scene_ns = 0;  // since start or resumption
@@ -28,6 +36,7 @@ struct SimState {
   bool resumed = false;  // t_ns is that of the previous sim's last frame
   std::array<double, kMaxObjects> first_phase{};
   BodiesState bodies;
+  GivenState given;
 };
 
 /// `shapes` and `pieces`: as contact has baked them, in the order of the config, where an object

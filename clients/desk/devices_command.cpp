@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "clients/desk/device_list.h"
+#include "clients/desk/report_facts.h"
 #include "clients/desk/trial/command.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
@@ -28,7 +29,8 @@ void add_devices_command(Command& app) {
   Command command = app.subcommand(
       "devices", "List the devices that are plugged in, whether they open, how to choose them");
   add_json(command, options->json);
-  add_try_command(command, options->tried);
+  add_try_command(command, options->tried,
+                  [](const std::string& node) { return report_facts(node); });
   command.example("hapt devices --json");
   command.action([options] {
     // the action of `try` has run before

@@ -13,12 +13,7 @@ namespace {
 
 void examine(bool json) {
   MachineFacts facts = read_machine("", runtime_folder());
-  try {
-    facts.devices = supported(kDevices, list_plugged());
-  } catch (const std::runtime_error& error) {
-    facts.udev_problem = error.what();
-  }
-  for (ListedDevice& device : facts.devices) device.access = read_access("", device.node);
+  read_devices(facts);
   const std::vector<Finding> findings = findings_of(facts);
   (json ? print_findings_json : print_findings)(findings, std::cout);
   if (is_any_wrong(findings)) throw ExitCode{kExitFailed};

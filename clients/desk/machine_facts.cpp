@@ -11,6 +11,7 @@
 #include <limits>
 #include <set>
 #include <sstream>
+#include <stdexcept>
 
 namespace haptic {
 namespace {
@@ -99,6 +100,15 @@ MachineFacts read_machine(const std::string& root, const std::string& runtime) {
   facts.spacenavd = processes_named(root, "spacenavd");
   facts.modem_manager = processes_named(root, "ModemManager");
   return facts;
+}
+
+void read_devices(MachineFacts& facts) {
+  try {
+    facts.devices = supported(kDevices, list_plugged());
+  } catch (const std::runtime_error& error) {
+    facts.udev_problem = error.what();
+  }
+  for (ListedDevice& device : facts.devices) device.access = read_access("", device.node);
 }
 
 }  // namespace haptic

@@ -45,4 +45,7 @@ struct MachineFacts {
 /// `runtime` is the runtime folder.
 MachineFacts read_machine(const std::string& root, const std::string& runtime);
 
+/// Reads the devices of this machine, or why they are not known.
+void read_devices(MachineFacts& facts);
+
 }  // namespace haptic

@@ -25,7 +25,7 @@ struct Kind {
   double most = kMost;  // in SI units, either sign
 };
 
-constexpr std::array<Kind, 21> kKinds{{
+constexpr std::array<Kind, 22> kKinds{{
     {Dimension::kLength, "a length", "100 mm", kMostLength},
     {Dimension::kMass, "a mass", "100 g"},
     {Dimension::kTime, "a time", "0.5 s"},
@@ -36,6 +36,7 @@ constexpr std::array<Kind, 21> kKinds{{
     {Dimension::kAngle, "an angle", "90 deg"},
     {Dimension::kForce, "a force", "8 N"},
     {Dimension::kForceRate, "a rise of force", "2000 N/s"},
+    {Dimension::kPower, "a power", "0.2 W"},
     {Dimension::kTorque, "a torque", "0.1 N·m"},
     {Dimension::kTorqueRate, "a rise of torque", "30 N·m/s"},
     {Dimension::kStiffness, "a stiffness", "800 N/m"},
@@ -87,6 +88,8 @@ constexpr std::array kUnits = std::to_array<Unit>({
     {"kN", Dimension::kForce, 1e3},
     {"N/s", Dimension::kForceRate, 1},
     {"N/ms", Dimension::kForceRate, 1e3},
+    {"W", Dimension::kPower, 1},
+    {"mW", Dimension::kPower, 1e-3},
     {"Nm", Dimension::kTorque, 1},
     {"mNm", Dimension::kTorque, 1e-3},
     {"Nmm", Dimension::kTorque, 1e-3},

@@ -21,6 +21,7 @@ enum class Dimension {
   kAngle,                // [rad]
   kForce,                // [N]
   kForceRate,            // [N/s]
+  kPower,                // [W]
   kTorque,               // [N·m]
   kTorqueRate,           // [N·m/s]
   kStiffness,            // [N/m]

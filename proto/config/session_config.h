@@ -6,6 +6,7 @@
 #include <optional>
 #include <type_traits>
 
+#include "proto/config/client_config.h"
 #include "proto/config/config_names.h"
 #include "proto/config/device_config.h"
 #include "proto/config/joint_config.h"
@@ -116,7 +117,7 @@ struct SessionConfig {
   Path file{};                      // path of the session file
   double servo_rate = 1000;         // [Hz]
   double contact_poll_rate = 4000;  // how often contact looks again for a late ServoFrame [Hz]
-  double sim_rate = 120;            // [Hz]; 1 kHz where a body has mass
+  double sim_rate = 120;            // [Hz]; 1 kHz where something can be pushed
   Vec3 gravity_W;                   // of the bodies with mass [m/s²]
   double sim_reach = 1;             // of a body from its place at the start; beyond it stays [m]
   uint64_t mesh_memory_limit = uint64_t{4} << 30;  // limit while a mesh is baked [bytes]
@@ -137,10 +138,23 @@ struct SessionConfig {
   std::array<ObjectConfig, kMaxObjects> objects{};
   uint32_t n_joints = 0, reserved_joints = 0;
   std::array<JointConfig, kMaxJoints> joints{};
+  uint32_t n_clients = 0, reserved_clients = 0;
+  std::array<ClientConfig, kMostClients> clients{};
   uint32_t n_images = 0;
   uint32_t contact_spare = 1;  // 0: no spare contact process
   std::array<HeightImage, kMaxImages> images{};
 };
 static_assert(std::is_trivially_copyable_v<SessionConfig>);
+
+/// Returns whether a client may move this object.
+inline bool is_moved_by_client(const SessionConfig& config, uint32_t object) {
+  for (uint32_t c = 0; c < config.n_clients; ++c) {
+    const ClientConfig& client = config.clients[c];
+    for (uint32_t i = 0; i < client.n_moves; ++i) {
+      if (client.moves[i] == object) return true;
+    }
+  }
+  return false;
+}
 
 }  // namespace haptic

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <tuple>
 
@@ -24,7 +25,6 @@ enum class SegmentId : uint32_t {
   kEye0 = 0x100,
   kPieces0 = 0x300
 };
-inline constexpr uint32_t kMostClients = 8;  // that give
 
 /// The servo and the contact of a hand.
 inline constexpr uint32_t kIdsOfHand = 0x10;
@@ -78,6 +78,9 @@ constexpr bool may_offer(SegmentId child, SegmentId id) {
   return id == child || (is_contact(child) && is_eye(id));
 }
 
+inline constexpr std::array<const char*, kMostClients> kClientNames{
+    "client0", "client1", "client2", "client3", "client4", "client5", "client6", "client7"};
+
 /// The rings of each process; those of a servo and a contact are alike for every hand. 4096 frames
 /// of servo and contact are four seconds at 1 kHz: they survive a crash of the writer, and a
 /// recorder may be that late on a busy machine. Four seconds of the servo hold 7 objects that a
@@ -111,6 +114,19 @@ struct SimChannels {
   PackedRing<SceneFrame, 2048, 6 << 20> frames;
   Ring<Event, 256> events;
   using Rings = std::tuple<decltype(frames), decltype(events)>;
+};
+
+/// What a client gives, by its index in the session file. 256 frames are a quarter of a second at
+/// 1 kHz: sim takes the newest alone, a recorder all.
+struct ClientChannels {
+  static constexpr SegmentId kId = SegmentId::kClient0;
+  static constexpr const char* kName = kClientNames[0];
+  static constexpr SegmentId id(uint32_t client) {
+    return SegmentId{static_cast<uint32_t>(SegmentId::kClient0) + client};
+  }
+  static constexpr const char* name(uint32_t client) { return kClientNames[client]; }
+  PackedRing<GivenFrame, 256, 1 << 20> frames;
+  using Rings = std::tuple<decltype(frames)>;
 };
 
 struct ControlChannels {

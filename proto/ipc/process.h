@@ -120,10 +120,10 @@ class Child {
   SegmentWriter<Channels>& segment() noexcept { return segment_; }
   uint64_t generation() const noexcept { return arguments_.generation; }
 
-  /// A ring of another process; make it before start().
+  /// A ring of another process, of the hand or the client with that number; make it before start().
   template <auto kMember>
-  RingSource<kMember> ring(Start start) {
-    return attachments_.ring<kMember>(start);
+  RingSource<kMember> ring(Start start, uint32_t number = kFirstHand) {
+    return attachments_.ring<kMember>(start, number);
   }
 
   /// attach(), enter_realtime() and offer() in one.

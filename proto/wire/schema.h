@@ -61,6 +61,8 @@ struct Schema;
 #define HAPTIC_ROS_SeenPush "haptic_msgs/SeenPush"
 #define HAPTIC_ROS_ObjectResponse "haptic_msgs/ObjectResponse"
 #define HAPTIC_ROS_JointState "haptic_msgs/JointState"
+#define HAPTIC_ROS_GiverState "haptic_msgs/GiverState"
+#define HAPTIC_ROS_GivenMotion "haptic_msgs/GivenMotion"
 
 #define RECORD(record, writer, doc)                                      \
   template <>                                                            \

@@ -25,6 +25,8 @@ inline constexpr uint32_t kMaxJoints = 64;         // of a scene
 inline constexpr uint32_t kMaxContacts = 64;       // of a ContactSet
 inline constexpr uint32_t kMaxGuideRows = 40;      // beside them
 inline constexpr uint32_t kMaxLocalContacts = 12;  // of them, those that may have a compliance
+inline constexpr uint32_t kMostClients = 8;        // of a session, that give
+inline constexpr uint32_t kMostGivenMoves = 16;    // objects that one of them moves
 inline constexpr uint32_t kAbiMajor = 12;          // raise it when any struct below changes
 inline constexpr uint32_t kAbiMinor =
     0;  // raise it when a field gets a new meaning that old readers may ignore
@@ -101,6 +103,30 @@ enum ContactFlag : uint32_t {
 
 inline constexpr uint32_t kNoResponse = 0xffff'ffff;  // SceneObject::response
 inline constexpr uint32_t kMovedBySim = 0;            // SceneObject::mover
+constexpr uint32_t moved_by_client(uint32_t client) {
+  return 1 + client;
+}
+
+/// Why a frame of a client was not taken; the words are in proto/wire/giving.h.
+enum class GiverRefusal : uint32_t {
+  kNone = 0,
+  kNotFinite = 1,     // NaN, infinity, or no unit quaternion
+  kNotAllowed = 2,    // an object that this client may not move
+  kBackInTime = 3,    // not newer than the one before, or from the future
+  kUnknownTick = 4,   // a ServoFrame that has not been, or that sim does not remember any more
+  kNotSymmetric = 5,  // a matrix that is not symmetric, or has a negative direction
+  kTooLight = 6,      // beyond the largest mobility
+  kTooStiff = 7,      // its own motion is faster than the model can follow
+  kTooFast = 8,       // beyond the largest speed, acceleration or distance
+};
+
+/// GiverState::flags.
+enum GiverFlag : uint32_t {
+  kGiverAttached = 1u << 0,  // its segment is mapped
+  kGiverLate = 1u << 1,      // no frame was taken for longer than the hold: it fades or has faded
+  kGiverSoftened = 1u << 2,  // the coupling is softened towards an object that it moves
+  kGiverCut = 1u << 3,       // it gave the hand more power than it may
+};
 
 /// GuideRow::flags.
 enum GuideFlag : uint32_t {
@@ -161,6 +187,9 @@ static_assert(decltype(SceneFrame::objects)::capacity() == kMaxObjects);
 static_assert(decltype(SceneFrame::joints)::capacity() == kMaxJoints);
 static_assert(decltype(SceneFrame::responses)::capacity() == kMaxBodies);
 static_assert(decltype(SceneFrame::seen)::capacity() == kMaxBodies * kMostHands);
+static_assert(decltype(SceneFrame::world_pushes)::capacity() == kMaxBodies);
+static_assert(decltype(SceneFrame::givers)::capacity() == kMostClients);
+static_assert(decltype(GivenFrame::moves)::capacity() == kMostGivenMoves);
 static_assert(decltype(ServoFrame::pushes)::capacity() == kMaxBodies);
 static_assert(decltype(ContactSet::objects)::capacity() == kMaxObjects);
 static_assert(decltype(ContactSet::contacts)::capacity() == kMaxContacts);

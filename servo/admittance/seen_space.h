@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "proto/wire/wire.h"
-#include "servo/safety/contact_age.h"
+#include "proto/wire/age.h"
 
 namespace haptic {
 
@@ -27,7 +27,7 @@ void note_asked(SeenSpace& seen, uint64_t tick, double speed);
 
 /// How far from the set's verified pose everything that the tool could meet is among its contacts
 /// [m]; 0: nothing is known of the tick that it answers, or it is not complete.
-double seen_radius(const SeenSpace& seen, const ContactSet& set, const ContactAge& age,
+double seen_radius(const SeenSpace& seen, const ContactSet& set, const Age& age,
                    bool is_body, double dt);
 
 /// The tool's motion from X_WT, shortened such that it goes at most half of the way that is left to

@@ -113,8 +113,13 @@ SessionStatus Commands::status() {
       .clients = std::max<size_t>(session_.server.n_clients(), 1) - 1,  // but hapticd itself
       .wanted = session_.desired.frame,
       .servo = servo_frame_,
-      .gone = out_of_reach(session_.config, scene_frame_)};
+      .gone = out_of_reach(session_.config, scene_frame_),
+      .givers = {}};
   children_.report(status);
+  for (uint32_t c = 0; givers_ != nullptr && c < session_.config.n_clients; ++c) {
+    status.givers.push_back(giver_report(session_.config.clients[c], c, givers_->seat(c),
+                                         scene_frame_));
+  }
   return status;
 }
 

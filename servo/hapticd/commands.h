@@ -10,6 +10,7 @@
 #include "proto/ipc/attachments.h"
 #include "proto/ipc/control_socket.h"
 #include "servo/hapticd/children.h"
+#include "servo/hapticd/give_server.h"
 #include "servo/hapticd/leads.h"
 #include "servo/hapticd/session_run.h"
 #include "servo/hapticd/status.h"
@@ -36,6 +37,8 @@ class Commands {
   void turn(int64_t t_ns);
   /// Looks at the scene and at who leads the hand.
   void look(int64_t t_ns);
+  /// Whose seats the status shows; null: no client may give.
+  void show_givers(const GiveServer* givers) { givers_ = givers; }
   /// A fault outlives the servo that found it, until it is cleared.
   void keep_fault();
   /// Listens again if its socket was removed. Throws HandoutError.
@@ -56,6 +59,7 @@ class Commands {
 
   SessionRun& session_;
   Children& children_;
+  const GiveServer* givers_ = nullptr;
   const std::time_t since_ = std::time(nullptr);
   ControlServer socket_;
   Leads leads_;

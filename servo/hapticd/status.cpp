@@ -93,6 +93,10 @@ std::string status_text(const SessionStatus& status) {
     text += fmt::format("           spare contact, pid {}, {}\n", status.spare.pid,
                         status.spare.is_ready ? "ready" : "being prepared");
   }
+  for (const GiverReport& giver : status.givers) {
+    text += fmt::format("{:<9}  '{}' {}\n", &giver == status.givers.data() ? "giving" : "",
+                        shown(giver.name), giver_text(giver));
+  }
   return text + fmt::format("clients    {}", status.clients);
 }
 
@@ -103,6 +107,14 @@ std::string status_json(const SessionStatus& status) {
                          {"pid", process.pid},
                          {"generation", process.generation},
                          {"runs", process.runs}});
+  }
+  Json givers = Json::array();
+  for (const GiverReport& giver : status.givers) {
+    givers.push_back({{"name", giver.name},
+                      {"pid", giver.pid},
+                      {"rate", giver.rate},
+                      {"refused", giver.refused},
+                      {"state", giver.words}});
   }
   const std::vector<std::string> closed = closed_by(status);
   const ControlFrame& wanted = status.wanted;
@@ -120,6 +132,7 @@ std::string status_json(const SessionStatus& status) {
                       {"generation", status.spare.generation},
                       {"ready", status.spare.is_ready}}},
                     {"clients", status.clients},
+                    {"giving", givers},
                     {"revision", wanted.revision},
                     {"armed", wanted.armed != 0},
                     {"paused", wanted.paused != 0},

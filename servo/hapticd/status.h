@@ -10,6 +10,7 @@
 
 #include "proto/config/out_of_reach.h"
 #include "proto/wire/wire.h"
+#include "servo/hapticd/giver_report.h"
 
 namespace haptic {
 
@@ -34,6 +35,7 @@ struct SessionStatus {
   ControlFrame wanted{};
   ServoFrame servo{};  // the newest; tick 0 before the first
   OutOfReach gone;
+  std::vector<GiverReport> givers;
 };
 
 /// Lines for people.

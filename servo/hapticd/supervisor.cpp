@@ -47,7 +47,10 @@ Supervisor::Supervisor(const SessionConfig& config, std::string config_text,
                                                     log.write(LogLevel::kError, "hapticd", what);
                                                   }}),
       children_(session_, attachments_),
-      commands_(session_, attachments_, children_) {}
+      commands_(session_, attachments_, children_) {
+  if (config.n_clients > 0) givers_.emplace(session, session_.config);
+  commands_.show_givers(givers_ ? &*givers_ : nullptr);
+}
 
 int Supervisor::run() {
   DesiredState& desired = session_.desired;
@@ -89,10 +92,11 @@ int Supervisor::run() {
 
 /// Waits, and passes on what has come. Returns when it woke.
 int64_t Supervisor::wait_for_work(int64_t until_ns) {
-  constexpr size_t kOwn = 3;
+  constexpr size_t kOwn = 4;
   std::array<pollfd, kOwn + Children::kWaits> waiting{{{session_.server.poll_fd(), POLLIN, 0},
                                                        {signals_.get(), POLLIN, 0},
-                                                       {commands_.poll_fd(), POLLIN, 0}}};
+                                                       {commands_.poll_fd(), POLLIN, 0},
+                                                       {givers_ ? givers_->poll_fd() : -1, POLLIN, 0}}};
   const int64_t next_start_ns = children_.wait_for(std::span(waiting).subspan<kOwn>());
   until_ns = std::min({until_ns, next_start_ns, commands_.next_turn_ns()});
   poll(waiting.data(), waiting.size(), poll_ms(until_ns));
@@ -101,6 +105,7 @@ int64_t Supervisor::wait_for_work(int64_t until_ns) {
   session_.server.serve([this](const Announcement& offer, int) { children_.take_offer(offer); },
                         [this](std::string_view line) { return commands_.answer_watcher(line); });
   commands_.serve();
+  serve_givers();
   signalfd_siginfo info;
   if (read(signals_.get(), &info, sizeof info) == sizeof info) {
     session_.log.write(LogLevel::kInfo, "hapticd",
@@ -110,11 +115,26 @@ int64_t Supervisor::wait_for_work(int64_t until_ns) {
   return woke_ns;
 }
 
+/// What a client offers goes to all that attach segments, as what a child offers.
+void Supervisor::serve_givers() {
+  if (!givers_) return;
+  givers_->serve(now_ns(),
+                 {.on_offer =
+                      [this](const Announcement& offer, int fd) {
+                        session_.server.announce(offer.id, offer.generation,
+                                                 ClientChannels::kName, fd);
+                      },
+                  .say = [this](const std::string& line) {
+                    session_.log.write(LogLevel::kInfo, "hapticd", line);
+                  }});
+}
+
 /// A session that cannot be reached cannot be stopped either, so it ends.
 void Supervisor::watch_place() {
   try {
     const bool was_removed = session_.server.restore();
     commands_.restore();
+    if (givers_) givers_->restore();
     if (was_removed) {
       session_.log.write(
           LogLevel::kWarning, "hapticd",

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "proto/config/config.h"
 #include "proto/ipc/attachments.h"
 #include "servo/hapticd/children.h"
 #include "servo/hapticd/commands.h"
+#include "servo/hapticd/give_server.h"
 #include "servo/hapticd/log.h"
 #include "servo/hapticd/session_run.h"
 
@@ -28,12 +30,14 @@ class Supervisor {
 
  private:
   int64_t wait_for_work(int64_t until_ns);
+  void serve_givers();
   void watch_place();
 
   SessionRun session_;
   FileDescriptor signals_;
   Attachments attachments_;  // hapticd reads its children's rings like any client
   Children children_;
+  std::optional<GiveServer> givers_;  // none: no client may give
   Commands commands_;
 };
 

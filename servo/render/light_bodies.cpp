@@ -47,6 +47,13 @@ double mobility_along(const ObjectResponse& response, const Wrench& push_W) {
   return dot(push_W.f, moved.v) + dot(push_W.t, moved.w);
 }
 
+/// What the client that moves an object lets through of its force [N], 0 to 1.
+double kept_of_client(const SceneObject& object, double force) {
+  const double kept = std::clamp(1 - object.reduction, 0.0, 1.0);
+  const bool is_bound = object.most_force > 0 && kept * force > object.most_force;
+  return is_bound ? object.most_force / force : kept;
+}
+
 }  // namespace
 
 bool soften_towards_light(const ServoModel& model, const RenderQuestion& question,
@@ -69,12 +76,13 @@ bool soften_towards_light(const ServoModel& model, const RenderQuestion& questio
     const double moves = T * T * mobility_along(*response, shift(push_W, arm_W));
     const double gives = kMostStiff * compliance_along(spring, push_W);
     if (moves > gives) share = std::min(share, gives / moves);
+    const double kept = share * kept_of_client(scene->objects[i], share * norm(push_W.f));
     pushed_W = pushed_W + push_W;
     size += norm(push_W.f);
-    left += share * norm(push_W.f);
-    rendered.push_W[i] = share * push_W;
+    left += kept * norm(push_W.f);
+    rendered.push_W[i] = kept * push_W;
     softened_W = softened_W + rendered.push_W[i];
-    is_any = is_any || share < 1;
+    is_any = is_any || kept < 1;
   }
   if (!is_any) return false;
   // what a proxy with mass keeps back of the pushes is softened by as much

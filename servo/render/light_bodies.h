@@ -21,7 +21,8 @@ struct LightBodies {
 /// mobility M⁻¹ of the object and all that holds it (SceneFrame), so the force towards it and what
 /// it is pushed with are scaled by
 ///   s = min(1, kMostStiff Pᵀ C P / (T² Pᵀ M⁻¹ P)).
-/// The share falls at once, and rises within kForget while the object does not push: a spring that
+/// and by 1 − SceneObject::reduction, and to SceneObject::most_force, where a client moves it. The
+/// share falls at once, and rises within kForget while the object does not push: a spring that
 /// hardens while it is pressed gives energy, and what holds a light body, dry friction too, comes
 /// and goes. Returns whether it is below 1 of any object that pushes.
 bool soften_towards_light(const ServoModel& model, const RenderQuestion& question,

@@ -13,7 +13,13 @@ namespace haptic::test {
 
 /// An object as sim publishes one that a push does not move.
 inline SceneObject scene_object(const Pose& X_WO = {}, const Twist& V_WO = {}, int64_t t_ns = 0) {
-  return {X_WO, V_WO, t_ns, kExtrapolationNs, kNoResponse, kMovedBySim};
+  SceneObject object{};
+  object.X_WO = X_WO;
+  object.V_WO = V_WO;
+  object.t_ns = t_ns;
+  object.extrapolation_ns = kExtrapolationNs;
+  object.response = kNoResponse;
+  return object;
 }
 
 /// Lets a push move an object, which has none of a hand's counters yet, of a session of one hand.

@@ -25,6 +25,8 @@ inline constexpr size_t kMostPieces = 400'000;
 /// Lines that begin with '#' are remarks.
 inline constexpr const char* kDeviceBytesHeader = "# hapticd device bytes 1";
 
-void write_device_bytes(const std::vector<DeviceBytes>& pieces, std::ostream& out);
+/// The remarks follow the first line.
+void write_device_bytes(const std::vector<DeviceBytes>& pieces, std::ostream& out,
+                        const std::vector<std::string>& remarks = {});
 
 }  // namespace haptic

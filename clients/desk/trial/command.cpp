@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt devices try: a device's first moments, in three steps that are asked for one by one.
+// hapt devices try: a device's first moments, in three steps that are asked for one by one, and a
+// report of them.
 #include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
-#include <fstream>
+#include <ctime>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -14,6 +14,7 @@
 #include "clients/desk/trial/byte_record.h"
 #include "clients/desk/trial/command.h"
 #include "clients/desk/trial/serial_tap.h"
+#include "clients/desk/trial/trial_report.h"
 #include "clients/desk/trial/trial_run.h"
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/options.h"
@@ -103,127 +104,156 @@ class LiveLine {
   int64_t shown_ns_ = 0;
 };
 
-constexpr std::array kVerdictWords{"passed", "unclear", "FAILED"};  // by Verdict
-
 /// Prints the rows of a step; true if nothing failed.
-bool report(const std::vector<TrialRow>& rows, std::vector<TrialRow>& all) {
-  bool good = true;
-  for (const TrialRow& row : rows) {
-    const char* word = kVerdictWords[static_cast<size_t>(row.verdict)];
-    std::cout << "  " << padded(word, 9) << row.what << ": " << row.measured << '\n';
-    good &= row.verdict != Verdict::kFailed;
-    all.push_back(row);
-  }
+bool show_rows(const std::vector<TrialRow>& rows) {
+  for (const TrialRow& row : rows) std::cout << words_of(row) << '\n';
   std::cout << std::flush;
-  return good;
+  return std::ranges::none_of(rows,
+                              [](const TrialRow& row) { return row.verdict == Verdict::kFailed; });
 }
 
 /// The steps one after the other, until one fails or is not wanted.
-std::vector<TrialRow> try_device(Device& device, const SafetyLimits& limits, double rate,
-                                 const TryOptions& options) {
-  std::vector<TrialRow> all;
+void try_device(Device& device, const SafetyLimits& limits, double rate, const TryOptions& options,
+                std::vector<TriedStep>& steps) {
   TrialRun run(device, limits, rate);
   LiveLine line;
+  const auto does = [&](const char* name, const auto& rows_of) {
+    steps.push_back({name, {}, "stopped"});  // whatever ends it before
+    steps.back().rows = rows_of();
+    steps.back().ended = {};
+    return show_rows(steps.back().rows);
+  };
+  const auto is_wanted = [&](const char* name, const std::string& question) {
+    steps.push_back({name, {}, "stopped at its question"});
+    const bool agreed = is_agreed(&run, options, question);
+    steps.back().ended = "not wanted";
+    if (agreed) steps.pop_back();
+    return agreed;
+  };
   std::cout << "step 1 of 3: 5 s without force. Move the handle about, in every direction.\n"
             << std::flush;
-  const bool answers = report(run.look([&](const DeviceState& state) { line.show(state); }), all);
-  if (!answers) return all;
+  if (!does("1 of 3, without force",
+            [&] { return run.look([&](const DeviceState& state) { line.show(state); }); })) {
+    return;
+  }
   if (limits.max_force <= 0) {
     std::cout << "it has no motors: that was all\n";
-    return all;
+    return;
   }
-  if (!is_agreed(&run, options,
+  constexpr const char* kSecond = "2 of 3, 5 % of the force";
+  if (!is_wanted(kSecond,
                  "step 2 of 3: 5 % of the force, along each axis to and fro. Hold the handle "
                  "loosely, in the middle of its range, a hand on the plug. Go on?") ||
-      !report(run.push(), all)) {
-    return all;
+      !does(kSecond, [&] { return run.push(); })) {
+    return;
   }
   const auto newtons = std::to_string(limits.max_force).substr(0, 4);
-  if (is_agreed(&run, options,
-                "step 3 of 3: the force along x rises to " + newtons +
-                    " N in 3 s. Hold the handle firmly. Go on?")) {
-    report(run.full(), all);
+  const std::string third = "3 of 3, the force along x up to " + newtons + " N";
+  if (is_wanted(third.c_str(), "step 3 of 3: the force along x rises to " + newtons +
+                                   " N in 3 s. Hold the handle firmly. Go on?")) {
+    does(third.c_str(), [&] { return run.full(); });
   }
-  return all;
 }
 
-/// A device that may be recorded while it is tried: a serial line at its node, others by their
-/// drivers.
+/// A device that is recorded while it is tried: a serial line at its node, others by their drivers.
 class RecordedDevice {
  public:
-  RecordedDevice(const DeviceConfig& config, bool is_recorded) {
+  explicit RecordedDevice(const DeviceConfig& config) {
     FileDescriptor node = open_node(config);
-    if (is_recorded && row_of(config.kind).node == NodeKind::kSerial) {
+    if (row_of(config.kind).node == NodeKind::kSerial) {
       tap_ = std::make_unique<SerialTap>(std::move(node));
       node = tap_->driver_end();
     }
     device_ = open_device(config, std::move(node));
-    if (!is_recorded || tap_) return;
+    if (tap_) return;
     record_ = std::make_unique<ByteRecord>();
-    if (!record_->listen_to(*device_)) throw std::logic_error("its driver does not tell its bytes");
+    is_heard_ = record_->listen_to(*device_);
   }
 
   Device& device() { return *device_; }
 
-  /// Ends the device and writes what was said.
-  void save(const std::string& path) {
+  /// Ends the device and writes the report, with all that was said.
+  void save(TrialReport& report, const std::string& path) {
     device_.reset();
-    if (!tap_ && !record_) return;
-    std::ofstream out(path);
-    write_device_bytes(tap_ ? tap_->finish() : record_->pieces(), out);
-    out.close();
-    if (!out) throw std::runtime_error(shown(path) + ": cannot be written");
+    const std::vector<DeviceBytes>& pieces = tap_ ? tap_->finish() : record_->pieces();
     const bool cut = tap_ ? tap_->is_cut() : record_->is_cut();
-    std::cout << "its bytes: " << shown(path) << (cut ? ", without the end" : "") << '\n';
+    report.bytes = std::to_string(pieces.size()) + " pieces" + (cut ? ", without the end" : "");
+    if (!is_heard_) report.bytes = "none, for its driver does not tell them";
+    save_whole(path,
+               [&](std::ostream& out) { write_device_bytes(pieces, out, remarks_of(report)); });
+    std::cout << "\nreport: " << shown(path)
+              << " has all of this and its bytes; please send it in, "
+              << "nothing is sent by itself\n";
   }
 
  private:
   std::unique_ptr<SerialTap> tap_;
   std::unique_ptr<ByteRecord> record_;
-  std::unique_ptr<Device> device_;  // last: both of the above outlive it
+  bool is_heard_ = true;
+  std::unique_ptr<Device> device_;  // last: what listens to it outlives it
 };
 
-void try_out(const TryOptions& options) {
-  if (!options.yes && isatty(STDIN_FILENO) != 1) {
-    throw UsageError(
-        "each step is asked for at a terminal; for a script give --yes, which moves "
-        "the device without asking");
-  }
-  if (!options.output.empty()) check_outputs({options.output}, {}, options.overwrite);
-  const SessionConfig config = config_of(options);
-  if (!is_agreed(nullptr, options,
-                 "This opens the " + std::string(row_of(config.device.kind).name) +
-                     " and reads it, without force. Begin?")) {
-    return;
-  }
-  catch_stop_signals();
-  RecordedDevice tried(config.device, !options.output.empty());
+/// "hapt-try-falcon-20261127-143012.txt", in the folder where it is typed.
+std::string report_name(const std::string& kind) {
+  const std::time_t now = std::time(nullptr);
+  char when[32];
+  std::strftime(when, sizeof when, "%Y%m%d-%H%M%S", std::localtime(&now));
+  return "hapt-try-" + kind + "-" + when + ".txt";
+}
+
+/// The steps on the device of a config, and the report of them.
+void try_recorded(const SessionConfig& config, const TryOptions& options, TrialReport report,
+                  const std::string& path) {
+  RecordedDevice tried(config.device);
   const DeviceCaps caps = tried.device().caps();
   if (caps.causality == Causality::kAdmittance) {
     throw InputError("a device that is commanded a pose cannot be tried this way");
   }
   const SafetyLimits limits =
       build_servo_model(config, {caps.max_force, caps.max_torque, false}).limits;
-  std::cout << one_line(tried.device().description()) << '\n';
+  report.description = tried.device().description();
+  report.facts.push_back(formatted("limits: %.3g N, %.3g N*m, %.4g Hz", limits.max_force,
+                                   limits.max_torque, config.servo_rate));
+  std::cout << one_line(report.description) << '\n';
   enter_realtime({.fifo_priority = config.realtime != 0 ? kServoPriority : 0});
-  std::vector<TrialRow> rows;
   std::optional<ExitCode> stopped;
   try {
-    rows = try_device(tried.device(), limits, config.servo_rate, options);
+    try_device(tried.device(), limits, config.servo_rate, options, report.steps);
   } catch (const ExitCode& code) {
     stopped = code;
   }
-  // what was said until Ctrl-C is worth as much
-  tried.save(options.output);
+  // a trial until Ctrl-C is worth as much
+  tried.save(report, path);
   if (stopped) throw *stopped;
-  const bool all_passed = std::ranges::all_of(
-      rows, [](const TrialRow& row) { return row.verdict == Verdict::kPassed; });
-  if (!all_passed) throw ExitCode{kExitFailed};
+  for (const TriedStep& step : report.steps) {
+    for (const TrialRow& row : step.rows) {
+      if (row.verdict != Verdict::kPassed) throw ExitCode{kExitFailed};
+    }
+  }
+}
+
+void try_out(const TryOptions& options, const ReportFacts& facts) {
+  if (!options.yes && isatty(STDIN_FILENO) != 1) {
+    throw UsageError(
+        "each step is asked for at a terminal; for a script give --yes, which moves "
+        "the device without asking");
+  }
+  const SessionConfig config = config_of(options);
+  const std::string kind(row_of(config.device.kind).name);
+  const std::string path = options.output.empty() ? report_name(kind) : options.output;
+  check_outputs({path}, {}, options.overwrite);
+  if (!is_agreed(nullptr, options,
+                 "This opens the " + kind + " and reads it, without force. Begin?")) {
+    return;
+  }
+  catch_stop_signals();
+  // before it is opened: the lock of the node is then another's
+  try_recorded(config, options, {.kind = kind, .facts = facts(find_node(config.device))}, path);
 }
 
 }  // namespace
 
-void add_try_command(Command& devices, bool& ran) {
+void add_try_command(Command& devices, bool& ran, const ReportFacts& facts) {
   const auto options = std::make_shared<TryOptions>();
   Command command = devices.subcommand(
       "try", "Try a new device in three guarded steps, from reading it to all of its force");
@@ -231,13 +261,13 @@ void add_try_command(Command& devices, bool& ran) {
       .required();
   command.option("--path NODE", options->path, "serial port of the device");
   command.option("-o,--output FILE", options->output,
-                 "write down the bytes of both sides, to send in");
+                 "name of the report, which has each step and the bytes of both sides");
   add_overwrite(command, options->overwrite);
   command.flag("-y,--yes", options->yes, "ask nothing: the device moves by itself");
-  command.example("hapt devices try woodenhaptics --path /dev/ttyACM0 -o woody.bytes");
-  command.action([options, &ran] {
+  command.example("hapt devices try woodenhaptics --path /dev/ttyACM0 -o woody.txt");
+  command.action([options, &ran, facts] {
     ran = true;
-    try_out(*options);
+    try_out(*options, facts);
   });
 }
 

@@ -3,3 +3,4 @@
 
 // what programs outside of this tree include
 #include "clients/library/client.h"
+#include "clients/library/giver.h"

@@ -8,6 +8,7 @@
 
 #include "proto/config/devices.h"
 #include "proto/config/read/config_body.h"
+#include "proto/config/read/config_client.h"
 #include "proto/config/read/config_device.h"
 #include "proto/config/read/config_joint.h"
 #include "proto/config/read/config_material.h"
@@ -197,6 +198,7 @@ SessionConfig read_config(std::string_view toml_text, const std::string& origin)
   read_proxy(root, config.proxy);
   for (Section& object : root.sections("object")) read_object(object, config, folder);
   read_joints(root, config);
+  read_clients(root, config);
   read_sim(root, config);
   root.finish();
   check_body(root, config);

@@ -13,7 +13,7 @@ constexpr Range kBodyMasses{1e-3, 100};  // [kg]; lighter is less than a tick of
 constexpr Range kDensities{1, 25e3};     // [kg/m³]
 constexpr Range kRestitutions{0, 1};
 constexpr Range kSimRates{50, 1e3};       // [Hz]; kExtrapolationNs is 20 ms
-constexpr double kBodyRate = 1000;        // of bodies with mass, that of the hand [Hz]
+constexpr double kPushedRate = 1000;      // of what can be pushed, that of the hand [Hz]
 constexpr Range kGravities{-1000, 1000};  // [m/s²]
 constexpr Range kReaches{0.01, 100};      // [m]
 
@@ -53,7 +53,10 @@ void read_sim(Section& root, SessionConfig& config) {
   const auto objects = std::span(config.objects).first(config.n_objects);
   const bool any_mass = std::ranges::any_of(
       objects, [](const ObjectConfig& object) { return has_mass(object.body); });
-  if (any_mass) config.sim_rate = kBodyRate;
+  const auto clients = std::span(config.clients).first(config.n_clients);
+  const bool any_given =
+      std::ranges::any_of(clients, [](const ClientConfig& client) { return client.n_moves > 0; });
+  if (any_mass || any_given) config.sim_rate = kPushedRate;
   root.within("sim", [&](Section& section) {
     section.read_all({{"rate", kFrequency, kSimRates, config.sim_rate},
                       {"gravity", kAcceleration, kGravities, config.gravity_W},

@@ -175,6 +175,27 @@ bool Section::read_text(std::string_view key, std::string& out) {
   return true;
 }
 
+bool Section::read_texts(std::string_view key, size_t most, const std::string& example,
+                         std::vector<std::string>& out) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return false;
+  const toml::array* texts = node->as_array();
+  if (texts == nullptr || texts->empty() || texts->size() > most) {
+    fail_at(key, "must be a list of 1 to " + std::to_string(most) + " texts; write for example " +
+                     example);
+  }
+  out.clear();
+  for (const toml::node& text : *texts) {
+    const auto value = text.value_exact<std::string>();
+    if (!value || value->empty()) {
+      fail(text.source(), "'" + std::string(key) + "' holds " + type_name(text) +
+                              " where a text is to be; write for example " + example);
+    }
+    out.push_back(*value);
+  }
+  return true;
+}
+
 bool Section::read_path(std::string_view key, const std::filesystem::path& folder, Path& out) {
   std::string name;
   if (!read_text(key, name)) return false;

@@ -98,6 +98,9 @@ class Section {
     assign(out, text);
     return true;
   }
+  /// One to `most` texts; `example` is the line that a message shows.
+  bool read_texts(std::string_view key, size_t most, const std::string& example,
+                  std::vector<std::string>& out);
   /// A file, by its path from this folder; it need not be there.
   bool read_path(std::string_view key, const std::filesystem::path& folder, Path& out);
   /// One of the given words; `mend` ends the message about another one.

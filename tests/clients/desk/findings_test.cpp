@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for clients/desk/findings.cpp on machines of the test's own.
+// Tests for clients/desk/findings.cpp and report_facts.cpp on machines of the test's own.
 #include "clients/desk/findings.h"
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <limits>
 #include <sstream>
 
+#include "clients/desk/report_facts.h"
 #include "tests/support/hostile_text.h"
 
 namespace haptic {
@@ -183,6 +184,34 @@ TEST_CASE("findings: printed one a line, the mend below, in JSON as they are") {
     print_findings(findings_of(facts), out);
     CHECK(out.str().find('\x1b') == std::string::npos);
   }
+}
+
+TEST_CASE("report facts: the device by its ids, and the machine, without a name of anybody") {
+  MachineFacts facts = best();
+  facts.runtime.path = "/home/anna/run";
+  facts.modem_manager = {{17, "ModemManager"}};
+  PluggedNode& node = facts.devices[0].node;
+  node.vendor = 0x0403, node.product = 0xcb48;
+  node.manufacturer = "Novint", node.name = "Falcon", node.serial = "F001";
+  node.link = "/dev/serial/by-id/F001";
+  const std::string text =
+      joined(report_facts(facts, node.path), [](const std::string& line) { return line + "\n"; });
+  for (const char* part :
+       {"node: /dev/bus/usb/001/004, port 1-2, kernel's driver unknown, power on",
+        "device: 0403:cb48 Novint \"Falcon\"", "may be: delta",
+        "kernel: 6.1.0-21-rt-amd64, #1 SMP PREEMPT_RT Debian", "governors: performance",
+        "locked memory: unlimited", "real-time share: 950000 of 1000000 us", "ModemManager: runs",
+        "spacenavd: does not run"}) {
+    CAPTURE(part, text);
+    CHECK(text.find(part) != std::string::npos);
+  }
+  for (const char* part : {"anna", "F001", "/home", "\x1b"}) {
+    CAPTURE(part, text);
+    CHECK(text.find(part) == std::string::npos);
+  }
+  // a link of the user's own to a program's terminal
+  const std::vector<std::string> other = report_facts(MachineFacts{}, "/home/anna/own");
+  CHECK(other.front() == "node: not below /dev, of no USB device that is known");
 }
 
 }  // namespace haptic

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A device behind its vendor's SDK: the example's program with the stand-in SDK, a real session
-// before it. What the hand gets is read from the SDK's own log.
+// before it, and those of two vendors with stubs of their SDKs, which play the stand-in's hand.
+// The force that the hand gets is read from the SDK's own log.
 #include <poll.h>
 #include <unistd.h>
 
@@ -33,11 +34,11 @@ struct OwnProgram {
   std::string folder, link, csv;
   ProgramProcess process;
 
-  explicit OwnProgram(const std::string& folder_)
+  explicit OwnProgram(const std::string& folder_, const std::string& name = "03_own_device")
       : folder(folder_),
         link(folder + "/own"),
         csv(folder + "/felt.csv"),
-        process("03_own_device", with_log(csv, link), folder) {
+        process(name, with_log(csv, link), folder) {
     unsetenv("STAND_IN_SDK_LOG");
     REQUIRE(eventually([&] { return std::filesystem::is_symlink(link); }));
   }
@@ -117,6 +118,23 @@ std::string answer_to(int node, const std::string& bytes, size_t lines) {
   return said;
 }
 
+/// The numbers of the answer to one line; none: it was not answered.
+std::vector<double> answered(int node, const std::string& line) {
+  REQUIRE(write(node, line.data(), line.size()) == static_cast<ssize_t>(line.size()));
+  std::string said;
+  pollfd answer{node, POLLIN, 0};
+  while (!said.ends_with('\n') && poll(&answer, 1, 30) > 0) {
+    char text[256];
+    const ssize_t n = read(node, text, sizeof text);
+    if (n > 0) said.append(text, static_cast<size_t>(n));
+  }
+  std::vector<double> numbers;
+  std::istringstream in(said);
+  char between = 0;
+  for (double number = 0; in >> between >> number;) numbers.push_back(number);
+  return numbers;
+}
+
 int error_in(const std::string& answer) {
   return std::stoi(answer.substr(answer.rfind(',') + 1));
 }
@@ -159,6 +177,43 @@ TEST_CASE("own device: each line has the answer that the page says") {
   CHECK(eventually([&] { return own.felt().size() > n; }));
   CHECK(own.felt().back().is_zero());
   CHECK(own.felt().back().t_ns - own.felt()[n - 1].t_ns > 100'000'000);
+}
+
+TEST_CASE("own device: the programs of two vendors' SDKs take forces, give poses, end with them") {
+  const auto [name, torque] =
+      GENERATE(table<std::string, double>({{"openhaptics_device", 0},  // has no motors for it
+                                           {"force_dimension_device", 0.05}}));
+  CAPTURE(name);
+  const TemporaryFolder folder;
+  OwnProgram own(folder.path(), name);
+  const FileDescriptor node = open_serial_port(own.link);
+  // a hand of 300 N/m gives way, and turns its handle meanwhile
+  std::vector<double> answer;
+  REQUIRE(eventually([&] {
+    answer = answered(node.get(), "[200,-100,300,0,0,500]\n");
+    return answer.size() == 8 && answer[1] > 2000 && answer[4] > 2000;
+  }));
+  const Felt felt = own.felt().back();
+  CHECK(felt.wrench == std::array<double, 6>{1, -0.5, 1.5, 0, 0, torque});
+  CHECK(answer[0] == 7);
+  for (size_t i = 0; i < 6; ++i) {
+    // it goes on moving between the two, with up to 50 mm/s and 0.2 rad/s
+    const double step = i < 3 ? kPlaceStep : 1e-5, margin = i < 3 ? 1e-3 : 4e-3;
+    CHECK(std::abs(step * answer[1 + i] - felt.at[i]) < tol(margin));
+  }
+  CHECK(eventually([&] {
+    answer = answered(node.get(), "]\n");
+    return answer.size() == 8 && answer[7] == 256;
+  }));
+  // nobody asks any more
+  CHECK(eventually([&] { return own.felt().back().is_zero(); }));
+  // a force that tears the plug of these devices out: the SDK reports an error from then on
+  REQUIRE(eventually([&] { return answered(node.get(), "[6000,0,0,0,0,0]\n").empty(); }));
+  for (int i = 0; i < 3; ++i) CHECK(answered(node.get(), "[0,0,0,0,0,0]\n").empty());
+  CHECK(own.process.said("the plug is out"));
+  own.process.send(SIGTERM);
+  CHECK(own.process.exit_code() == 0);
+  CHECK_FALSE(std::filesystem::is_symlink(own.link));
 }
 
 TEST_CASE("own device: the hand presses, and hapticd's zero reaches it when the servo is killed") {

@@ -41,7 +41,7 @@ TEST_CASE("seen space: twice three ticks of way, less the two that contact is ah
   CHECK(seen_radius(seen, answer_to(2), {}, false, kTick) == Approx(0.4e-3));
   CHECK(seen_radius(seen, answer_to(2), {}, true, kTick) == Approx(0.4e-3));
   // contact every 5 ms: 2 · 11 mm, which is bounded at 20 mm, less 2 mm
-  ContactAge slow;
+  Age slow;
   slow.median_ns = 5'000'000;
   CHECK(seen_radius(seen, answer_to(1), slow, false, kTick) == Approx(18e-3));
   note_asked(seen, 3, 0.5);

@@ -8,8 +8,8 @@
 #include "proto/math/units.h"
 #include "proto/wire/wire.h"
 
-using haptic::ContactAge;
-using haptic::ContactArrival;
+using haptic::Age;
+using haptic::Arrival;
 using haptic::ContactWeight;
 using haptic::kMs;
 using haptic::kTick;
@@ -21,8 +21,8 @@ namespace {
 /// from `returns_at` on.
 struct Run {
   int64_t period = 1, dies_at = 1 << 30, returns_at = 1 << 30;
-  ContactAge age;
-  ContactArrival arrival;
+  Age age;
+  Arrival arrival;
 
   ContactWeight tick(int64_t k) {
     const bool alive = k < dies_at || k >= returns_at;
@@ -103,15 +103,15 @@ TEST_CASE("contact age: a set that returns never steps up, once nothing was rend
 
 TEST_CASE("contact age: sets that are already too old on arrival are not rendered", "[servo]") {
   // a contact that answers every tick, but always 200 ms late
-  ContactAge age;
+  Age age;
   for (int64_t k = 0; k < 1000; ++k) {
-    const ContactArrival arrival{true, static_cast<uint64_t>(k), (k - 200) * kMs, true};
+    const Arrival arrival{true, static_cast<uint64_t>(k), (k - 200) * kMs, true};
     CHECK(weigh_contacts(age, arrival, k * kMs, kTick).weight == 0);
   }
 }
 
 TEST_CASE("contact age: a restarted contact with the same sequence number is news", "[servo]") {
-  ContactAge age;
+  Age age;
   weigh_contacts(age, {true, 0, 0, true}, 1 * kMs, kTick);
   weigh_contacts(age, {true, 0, 50 * kMs, false}, 51 * kMs, kTick);
   CHECK(age.answered_ns == 50 * kMs);

@@ -11,7 +11,7 @@
 #include "clients/desk/trial/byte_log.h"
 #include "proto/os/message.h"
 
-/// Reads the files that `hapt devices try -o` writes, as people send them in.
+/// Reads the reports that `hapt devices try` writes, as people send them in.
 namespace haptic::test {
 
 inline std::string from_hex(const std::string& text) {

@@ -15,7 +15,7 @@
 
 namespace haptic::test {
 
-/// The device's side of a recorded conversation (`hapt devices try -o FILE`), for a driver on
+/// The device's side of a recorded conversation (`hapt devices try`), for a driver on
 /// virtual time. Each piece of the device is sent once the host has said all that it had said
 /// before it in the recording; a host that says anything else is a mismatch, and hears no more.
 class DeviceReplay {

@@ -23,7 +23,7 @@ struct ReplayedPackets {
   size_t mismatches = 0;  // questions of the host that were of another kind in the recording
 };
 
-/// A device of packets or reports that `hapt devices try -o FILE` has recorded, played to its
+/// A device of packets or reports that `hapt devices try` has recorded, played to its
 /// exchange and driver on the recording's own time, from kReplayNs on.
 template <typename Exchange, typename AskAgain>
 ReplayedPackets replay_packets(const std::vector<DeviceBytes>& pieces, const Arm& arm,

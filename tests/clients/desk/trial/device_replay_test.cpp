@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A device that was written down by `hapt devices try -o` is played to its driver: the first 0.2 s
+// A device that was written down by `hapt devices try` is played to its driver: the first 0.2 s
 // of haptic-emulator, a hand in strokes.
 #include <algorithm>
 #include <catch2/catch.hpp>

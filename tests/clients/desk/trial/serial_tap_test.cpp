@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for clients/desk/trial/serial_tap.cpp, byte_log.cpp and trial_run.cpp.
+// Tests for clients/desk/trial/serial_tap.cpp, byte_log.cpp, trial_report.cpp and trial_run.cpp.
 #include "clients/desk/trial/serial_tap.h"
 
 #include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
 #include <sstream>
 
+#include "clients/desk/trial/trial_report.h"
 #include "clients/desk/trial/trial_run.h"
 #include "proto/config/command_line.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
 #include "proto/os/serial_port.h"
 #include "tests/support/pty_line.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/usb/device_bytes.h"
 
 namespace haptic {
@@ -115,6 +119,55 @@ TEST_CASE("device bytes: a line that is wrong is named") {
   }
   std::istringstream other("t_s,x_m\n");
   CHECK_THROWS_AS(test::read_device_bytes(other), InputError);
+}
+
+TEST_CASE("trial report: one file has facts, steps and bytes, and is read as device bytes") {
+  const TrialReport report{
+      .kind = "falcon",
+      .description = "Falcon\x1b[2J, homed",
+      .facts = {"kernel: 6.1"},
+      .steps = {{"1 of 3", {{"it answers", "1000 samples a second", Verdict::kPassed}}, ""},
+                {"2 of 3", {{"pushes along x", "it went -3 mm", Verdict::kFailed}}, ""},
+                {"3 of 3", {}, "not wanted"}},
+      .bytes = "1 pieces"};
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/report.txt";
+  const std::vector<DeviceBytes> pieces{{120, true, "[7,0]\n"}};
+  save_whole(path, [&](std::ostream& out) { write_device_bytes(pieces, out, remarks_of(report)); });
+  std::ifstream in(path);
+  CHECK(test::read_device_bytes(in) == pieces);
+  std::ifstream again(path);
+  const std::string text(std::istreambuf_iterator<char>(again), {});
+  CHECK(text.starts_with("# hapticd device bytes 1\n# report of `hapt devices try`"));
+  CHECK(
+      text.ends_with("# kind: falcon\n# driver: Falcon\\x1b[2J, homed\n# kernel: 6.1\n"
+                     "# step 1 of 3\n#   passed   it answers: 1000 samples a second\n"
+                     "# step 2 of 3\n#   FAILED   pushes along x: it went -3 mm\n"
+                     "# step 3 of 3: not wanted\n# bytes: 1 pieces\n120 < 5b372c305d0a\n"));
+}
+
+TEST_CASE("trial report: the file appears whole or not at all") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/report.txt";
+  std::ofstream(path) << "before";
+  const auto text = [&] {
+    std::ifstream in(path);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  CHECK_THROWS_AS(save_whole(path,
+                             [&](std::ostream& out) {
+                               out << "half";
+                               CHECK(text() == "before");
+                               out.setstate(std::ios::badbit);
+                             }),
+                  std::runtime_error);
+  CHECK(text() == "before");
+  save_whole(path, [](std::ostream& out) { out << "after"; });
+  CHECK(text() == "after");
+  const std::filesystem::directory_iterator files(folder.path());
+  CHECK(std::distance(begin(files), end(files)) == 1);
+  CHECK_THROWS_AS(save_whole(folder.path() + "/none/report.txt", [](std::ostream&) {}),
+                  std::runtime_error);
 }
 
 TEST_CASE("trial run: a signal ends it, and the device is left with zero force") {

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "proto/wire/wire.h"
+
+namespace haptic {
+
+/// Why frames of a client are refused, and how to mend it; by GiverRefusal.
+inline constexpr std::array<std::string_view, 9> kGiverRefusals{
+    "",
+    "a number is not finite, or a quaternion has not length 1",
+    "it moves an object that it may not; name it in 'may' of its [[client]]",
+    "its frames go back in time, come from the future, or are older than 0.5 s",
+    "it has used a servo tick that has not been, goes back, or is long ago",
+    "a matrix is not symmetric, or has a negative direction",
+    "an object is lighter than 1 g, or turns more easily than a ball of 1 mm",
+    "an object moves by itself faster than 1000 rad/s; state less stiffness or more mass",
+    "a pose, speed or acceleration is beyond all hands"};
+
+constexpr std::string_view words_of(GiverRefusal refusal) {
+  const auto number = static_cast<size_t>(refusal);
+  return number < kGiverRefusals.size() ? kGiverRefusals[number] : "unknown";
+}
+
+/// States of a client that people are told of.
+struct GiverFlagRow {
+  uint32_t flag;  // GiverFlag
+  std::string_view words;
+};
+inline constexpr std::array<GiverFlagRow, 3> kGiverFlags{
+    {{kGiverLate, "late: what it moves is not felt"},
+     {kGiverSoftened, "softened: what it moves answers otherwise than it says"},
+     {kGiverCut, "cut for a second: it gave the hand more power than max_power"}}};
+
+}  // namespace haptic

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/hapticd/giver_report.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+
+#include "proto/os/message.h"
+#include "proto/wire/giving.h"
+
+namespace haptic {
+
+GiverReport giver_report(const ClientConfig& client, uint32_t number, const GiverSeat& seat,
+                         const SceneFrame& scene) {
+  GiverReport report{.name = std::string(view(client.name)), .pid = seat.pid, .words = {}};
+  if (!seat.is_taken) report.pid = -1;
+  const auto found = std::ranges::find(scene.givers, number, &GiverState::client);
+  if (found == scene.givers.end()) return report;
+  if (found->period_ns > 0) report.rate = 1e9 / static_cast<double>(found->period_ns);
+  report.refused = found->refused;
+  for (const GiverFlagRow& row : kGiverFlags) {
+    const bool is_set = (found->flags & row.flag) != 0;
+    if (is_set && (seat.is_taken || row.flag != kGiverLate)) report.words.emplace_back(row.words);
+  }
+  if (seat.is_taken && found->refusal != 0) {
+    report.words.push_back("refused: " +
+                           std::string(words_of(static_cast<GiverRefusal>(found->refusal))));
+  }
+  return report;
+}
+
+std::string giver_text(const GiverReport& giver) {
+  std::string text = giver.pid < 0 ? "is not there" : fmt::format("gives, pid {}", giver.pid);
+  if (giver.pid >= 0 && giver.rate > 0) text += fmt::format(", {:.0f} Hz", giver.rate);
+  for (const std::string& word : giver.words) text += "; " + word;
+  return text;
+}
+
+}  // namespace haptic

@@ -1,0 +1,397 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "sim/given/given_objects.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
+#include "proto/math/assert.h"
+#include "proto/math/units.h"
+#include "proto/wire/scene_pose.h"
+#include "sim/given/statement.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kGain = 0.1;    // share of the gap that a frame takes over (docs/clients-that-give.md)
+constexpr double kFade = 0.050;  // in which an object is let go, or let in [s]
+constexpr double kCutFade = 0.020;                      // in which a client is cut [s]
+constexpr int64_t kCutNs = 1'000'000'000;               // for which it is
+constexpr double kCutAt = 0.5;                          // share of its energy: the fade needs some
+constexpr int64_t kFutureNs = 5 * kMs;                  // what a clock may be ahead
+constexpr int64_t kOldestNs = 500 * kMs;                // of a statement
+constexpr int64_t kMostReplayedNs = 250 * kMs;          // in a step, of all objects: some 0.15 ms
+constexpr HoldLimits kHold{20 * kMs, 500 * kMs};        // three times the median period
+constexpr int64_t kUsualPeriodNs = 10 * kMs;            // until there is a median
+
+/// The pushes of all hands after the ticks that a client has used, in the order of their instants.
+class PushReader {
+ public:
+  PushReader(std::span<const PushHistory> histories, const GivenMotion& said, size_t object)
+      : histories_(histories), object_(object) {
+    for (size_t hand = 0; hand < histories.size(); ++hand) {
+      const auto used = histories[hand].find(said.ticks[hand]);
+      next_[hand] = used ? *used + 1 : histories[hand].end();
+    }
+  }
+
+  struct Push {
+    int64_t t_ns;
+    Wrench impulse_W, late_W;  // since the frame before, and its integral until t_ns
+  };
+  std::optional<Push> next() {
+    size_t first = histories_.size();
+    for (size_t hand = 0; hand < histories_.size(); ++hand) {
+      if (next_[hand] == histories_[hand].end()) continue;
+      if (first == histories_.size() || t_ns(hand) < t_ns(first)) first = hand;
+    }
+    if (first == histories_.size()) return std::nullopt;
+    const PushHistory& history = histories_[first];
+    const uint64_t n = next_[first]++;
+    const auto& [J_before, S_before] = history.push(n - 1, object_);
+    const auto& [J, S] = history.push(n, object_);
+    const double between = seconds_of(history.t_ns(n) - history.t_ns(n - 1));
+    return Push{history.t_ns(n), J + -J_before, S + -S_before + -between * J_before};
+  }
+
+ private:
+  int64_t t_ns(size_t hand) const { return histories_[hand].t_ns(next_[hand]); }
+
+  std::span<const PushHistory> histories_;
+  size_t object_;
+  std::array<uint64_t, kMostHands> next_{};
+};
+
+/// What the client's frame means now: its state, and every push that it has not used.
+ModelState replayed(const GivenState& state, size_t object, int64_t until_ns) {
+  const GivenMotion& said = state.objects[object].said;
+  ModelState at{said.X_WO, said.V_WO};
+  int64_t t_ns = said.t_ns;
+  PushReader pushes(state.histories, said, object);
+  while (const auto pushed = pushes.next()) {
+    Wrench late_W = pushed->late_W;
+    if (pushed->t_ns > t_ns) {
+      drift(said, at, seconds_of(std::min(pushed->t_ns, until_ns) - std::min(t_ns, until_ns)));
+      t_ns = pushed->t_ns;
+    } else {
+      late_W = late_W + seconds_of(t_ns - pushed->t_ns) * pushed->impulse_W;
+    }
+    push(said, at, pushed->impulse_W, late_W);
+  }
+  if (t_ns < until_ns) {
+    drift(said, at, seconds_of(until_ns - t_ns));
+  } else {
+    at.X_WO = extrapolate(at.X_WO, at.V_WO, -seconds_of(t_ns - until_ns));
+  }
+  return at;
+}
+
+int64_t period_of(const GivenClientState& client) {
+  return client.age.median_ns > 0 ? client.age.median_ns : kUsualPeriodNs;
+}
+
+/// Nothing has come for longer than the hold.
+bool is_late(const GivenClientState& client, int64_t t_ns) {
+  return t_ns - client.taken_ns > hold_ns(client.age, kHold);
+}
+
+/// The model, and what is left of the gap to what was shown at the client's last frame.
+ModelState shown(const GivenObjectState& object, int64_t period_ns, int64_t t_ns) {
+  const double passed = seconds_of(t_ns - object.gap_ns) / seconds_of(period_ns);
+  const double left = std::clamp(1 - passed, 0.0, 1.0);
+  return left > 0 ? moved(object.at, left, object.gap) : object.at;
+}
+
+bool answers(const GivenMotion& said) {
+  return std::ranges::any_of(said.mobility, [](double m) { return m != 0; });
+}
+
+/// Takes a statement over into the model. Nothing of an object that is not felt is kept.
+void correct(GivenState& state, size_t k, int64_t period_ns, int64_t t_ns) {
+  GivenObjectState& object = state.objects[k];
+  const ModelState before = shown(object, period_ns, t_ns), now = replayed(state, k, t_ns);
+  const double gain = object.share > 0 && answers(object.said) ? kGain : 1;
+  object.at = moved(object.at, gain, gap_between(object.at, now));
+  object.gap = object.share > 0 ? gap_between(object.at, before) : StateGap{};
+  object.gap_ns = t_ns;
+  object.is_new = false;
+}
+
+/// Weight of what a client gives, by its age and by the power that it has given.
+double weight_of(const GivenClient& limits, GivenClientState& client, int64_t t_ns, double dt) {
+  if (client.power.energy(t_ns) > kCutAt * limits.max_power) client.cut_until_ns = t_ns + kCutNs;
+  const Arrival arrival{client.taken_ns != 0, client.taken_seq, client.taken_ns, true};
+  const double weight = weigh(client.age, arrival, t_ns, std::max(dt, 1e-6), kHold).weight;
+  return t_ns < client.cut_until_ns ? 0 : weight;
+}
+
+/// The share of an object goes towards what its client's weight allows.
+void let_in(GivenObjectState& object, double weight, bool is_cut, double dt) {
+  if (object.phase == GivenPhase::kStands) {
+    object.share = 1;
+    if (object.is_said) object.phase = GivenPhase::kLetGo;
+    return;
+  }
+  const bool follows = object.phase == GivenPhase::kFollows;
+  const double wanted = follows ? weight : 0;
+  const double fall = dt / (is_cut ? kCutFade : kFade);
+  object.share = wanted < object.share ? std::max(wanted, object.share - fall)
+                                       : std::min(wanted, object.share + dt / kFade);
+  if (!follows && object.share == 0) object.phase = GivenPhase::kFollows;
+}
+
+/// The pushes of all hands since the last step, by object.
+std::array<NewPush, kMaxBodies> take_all(GivenState& state, const GivenModel& model,
+                                         std::span<const ServoFrame* const> hands) {
+  std::array<NewPush, kMaxBodies> all{};
+  for (size_t hand = 0; hand < hands.size(); ++hand) {
+    if (hands[hand] == nullptr) continue;
+    const NewPushes pushes = take_pushes(state.seen[hand], *hands[hand], state.t_ns);
+    for (size_t k = 0; k < model.objects.size(); ++k) {
+      const NewPush& push = pushes[model.first_response + k];
+      all[k].impulse_W = all[k].impulse_W + push.impulse_W;
+      all[k].late_W = all[k].late_W + push.late_W;
+    }
+  }
+  return all;
+}
+
+/// Corrects the models by statements that are new, as far as the step's budget reaches; the first
+/// one in any case.
+void correct_models(const GivenModel& model, GivenState& state, int64_t t_ns) {
+  const size_t n = model.objects.size();
+  int64_t left_ns = kMostReplayedNs;
+  for (size_t i = 0; i < n && left_ns > 0; ++i) {
+    const size_t k = (state.turn + i) % n;
+    GivenObjectState& object = state.objects[k];
+    if (!object.is_new || object.phase != GivenPhase::kFollows) continue;
+    left_ns -= std::max<int64_t>(t_ns - object.said.t_ns, 0);
+    correct(state, k, period_of(state.clients[model.objects[k].client]), t_ns);
+    state.turn = (k + 1) % n;
+  }
+}
+
+void note_objects(const GivenModel& model, const GivenState& state, SceneFrame& frame) {
+  for (size_t k = 0; k < model.objects.size(); ++k) {
+    const GivenObject& given = model.objects[k];
+    const GivenObjectState& object = state.objects[k];
+    const GivenClientState& client = state.clients[given.client];
+    SceneObject& out = frame.objects[given.object];
+    out.reduction = 1 - object.share;
+    if (object.phase != GivenPhase::kFollows) {
+      out.X_WO = object.at.X_WO;
+      continue;
+    }
+    const ModelState at = shown(object, period_of(client), frame.t_ns);
+    out.X_WO = at.X_WO;
+    out.V_WO = at.V_WO;
+    out.mover = moved_by_client(given.client);
+    out.most_force = model.clients[given.client].max_force;
+  }
+}
+
+void note_clients(const GivenModel& model, const GivenState& state, SceneFrame& frame) {
+  for (uint32_t c = 0; c < model.clients.size(); ++c) {
+    const GivenClientState& client = state.clients[c];
+    if (model.clients[c].objects.empty()) continue;
+    GiverState out{};
+    out.seq = client.last_seq;
+    out.t_ns = client.taken_ns;
+    out.period_ns = client.age.median_ns;
+    out.refused = client.refused;
+    out.weight = client.age.weight;
+    out.given_power = client.power.energy(frame.t_ns);
+    out.client = c;
+    out.refusal = static_cast<uint32_t>(client.refusal);
+    if (client.is_attached) out.flags |= kGiverAttached;
+    if (client.is_attached && is_late(client, frame.t_ns)) out.flags |= kGiverLate;
+    if (frame.t_ns < client.cut_until_ns) out.flags |= kGiverCut;
+    frame.givers.push_back(out);
+  }
+}
+
+/// Why a statement of this client cannot be used.
+GiverRefusal refusal_in(const GivenModel& model, const GivenState& state, uint32_t client,
+                        const GivenMotion& said, size_t k, int64_t t_ns) {
+  if (k == model.objects.size() || model.objects[k].client != client) {
+    return GiverRefusal::kNotAllowed;
+  }
+  const GivenObjectState& object = state.objects[k];
+  if (const GiverRefusal why = refusal_of(said); why != GiverRefusal::kNone) return why;
+  const bool is_old = object.is_said && said.t_ns < object.said.t_ns;
+  if (is_old || said.t_ns > t_ns + kFutureNs || said.t_ns < t_ns - kOldestNs) {
+    return GiverRefusal::kBackInTime;
+  }
+  for (size_t hand = 0; hand < state.histories.size(); ++hand) {
+    const PushHistory& history = state.histories[hand];
+    const uint64_t tick = said.ticks[hand];
+    const auto used = history.find(tick);
+    const bool goes_back = object.is_said && tick < object.said.ticks[hand];
+    const bool is_near = used && std::abs(history.t_ns(*used) - said.t_ns) <= kOldestNs;
+    if (answers(said) && (goes_back || !is_near)) return GiverRefusal::kUnknownTick;
+  }
+  return GiverRefusal::kNone;
+}
+
+size_t place_of(const GivenModel& model, uint32_t object) {
+  return static_cast<size_t>(
+      std::ranges::find(model.objects, object, &GivenObject::object) - model.objects.begin());
+}
+
+GiverRefusal refusal_in(const GivenModel& model, const GivenState& state, uint32_t client,
+                        const GivenFrame& given, int64_t t_ns) {
+  const GivenClientState& known = state.clients[client];
+  if (given.seq <= known.last_seq || given.t_ns <= known.taken_ns ||
+      given.t_ns > t_ns + kFutureNs) {
+    return GiverRefusal::kBackInTime;
+  }
+  for (const GivenMotion& said : given.moves) {
+    const size_t k = place_of(model, said.object);
+    const GiverRefusal why = refusal_in(model, state, client, said, k, t_ns);
+    if (why != GiverRefusal::kNone) return why;
+  }
+  return GiverRefusal::kNone;
+}
+
+}  // namespace
+
+GivenModel build_given(const SessionConfig& config, uint32_t first_response) {
+  GivenModel model;
+  model.first_response = first_response;
+  model.period = 1 / config.sim_rate;
+  for (uint32_t c = 0; c < config.n_clients; ++c) {
+    const ClientConfig& client = config.clients[c];
+    GivenClient made{client.max_force, client.max_power, {}};
+    for (uint32_t i = 0; i < client.n_moves; ++i) {
+      made.objects.push_back(static_cast<uint32_t>(model.objects.size()));
+      const uint32_t object = client.moves[i];
+      model.objects.push_back({object, c, config.objects[object].X_WO});
+    }
+    model.clients.push_back(std::move(made));
+  }
+  return model;
+}
+
+GivenState begin_given(const GivenModel& model, uint32_t n_hands) {
+  GivenState state;
+  state.objects.resize(model.objects.size());
+  for (size_t k = 0; k < model.objects.size(); ++k) {
+    state.objects[k].at.X_WO = model.objects[k].X_WO;
+  }
+  state.clients.resize(model.clients.size());
+  for (GivenClientState& client : state.clients) {
+    client.age.closed = true;
+    client.age.weight = 0;
+  }
+  for (uint32_t hand = 0; hand < n_hands && !model.objects.empty(); ++hand) {
+    state.histories.emplace_back(model.objects.size(), model.first_response);
+  }
+  return state;
+}
+
+void resume_given(const GivenModel& model, GivenState& state, const SceneFrame& last) {
+  for (size_t k = 0; k < model.objects.size(); ++k) {
+    const SceneObject& object = last.objects[model.objects[k].object];
+    if (object.mover == kMovedBySim) continue;
+    state.objects[k].at = {object.X_WO, {}};
+    state.objects[k].phase = GivenPhase::kFollows;
+    state.objects[k].share = 0;
+  }
+}
+
+void see_hand(const GivenModel& model, GivenState& state, uint32_t hand, const ServoFrame& frame) {
+  if (hand >= state.histories.size()) return;
+  PushHistory& history = state.histories[hand];
+  history.add(frame);
+  const uint64_t n = history.end() - 1;
+  if (history.end() - history.begin() < 2 || !is_finite(frame.V_WT)) return;
+  for (size_t k = 0; k < model.objects.size(); ++k) {
+    const Wrench J_W = history.push(n, k).impulse_W + -history.push(n - 1, k).impulse_W;
+    if (J_W == Wrench{}) continue;
+    // of the opposite wrench on the tool, over the tick that holds it
+    const Vec3 arm_W = state.objects[k].at.X_WO.p - frame.X_WT.p;
+    const double work = -dot(J_W, Twist{velocity_at(frame.V_WT, arm_W), frame.V_WT.w});
+    if (std::isfinite(work)) state.clients[model.objects[k].client].power.add(work, frame.t_ns);
+  }
+}
+
+void see_client(const GivenModel& model, GivenState& state, uint32_t client, uint64_t generation,
+                const GivenFrame& given, int64_t t_ns) {
+  HAPTIC_ASSERT(client < state.clients.size());
+  GivenClientState& known = state.clients[client];
+  known.is_attached = true;
+  if (generation != known.generation) {
+    // its predecessor's objects are not felt until this one has been heard for a while
+    known.generation = generation;
+    known.last_seq = 0;
+    known.age.closed = true;
+    known.age.fresh = 0;
+    for (const uint32_t k : model.clients[client].objects) state.objects[k].is_said = false;
+  }
+  if (given.seq == known.last_seq) return;
+  const GiverRefusal why = refusal_in(model, state, client, given, t_ns);
+  if (given.seq > known.last_seq) known.last_seq = given.seq;
+  if (why != GiverRefusal::kNone) {
+    ++known.refused;
+    known.refusal = why;
+    return;
+  }
+  for (const GivenMotion& said : given.moves) {
+    GivenObjectState& object = state.objects[place_of(model, said.object)];
+    object.said = said;
+    object.said.X_WO.q = normalized(said.X_WO.q);
+    object.is_said = object.is_new = true;
+  }
+  known.refusal = GiverRefusal::kNone;
+  known.taken_seq = given.seq;
+  known.taken_ns = given.t_ns;
+}
+
+void step_given(const GivenModel& model, GivenState& state,
+                std::span<const ServoFrame* const> hands, SceneFrame& frame) {
+  HAPTIC_ASSERT(state.objects.size() == model.objects.size());
+  const int64_t last_ns = state.t_ns != 0 ? state.t_ns : frame.t_ns;
+  // beyond it, readers have let the objects stand
+  const double dt = seconds_of(std::clamp<int64_t>(frame.t_ns - last_ns, 0, kExtrapolationNs));
+  const auto pushes = take_all(state, model, hands);
+  std::array<double, kMostClients> weights{};
+  for (uint32_t c = 0; c < model.clients.size(); ++c) {
+    weights[c] = weight_of(model.clients[c], state.clients[c], frame.t_ns, dt);
+  }
+  for (size_t k = 0; k < model.objects.size(); ++k) {
+    const uint32_t client = model.objects[k].client;
+    GivenObjectState& object = state.objects[k];
+    let_in(object, weights[client], frame.t_ns < state.clients[client].cut_until_ns, dt);
+    if (object.phase != GivenPhase::kFollows) continue;
+    if (object.share == 0 && is_late(state.clients[client], frame.t_ns)) {
+      object.at.V_WO = {};
+      continue;
+    }
+    push(object.said, object.at, pushes[k].impulse_W, {});
+    drift(object.said, object.at, dt);
+    push(object.said, object.at, {}, pushes[k].late_W);
+  }
+  state.t_ns = frame.t_ns;
+  correct_models(model, state, frame.t_ns);
+  note_objects(model, state, frame);
+}
+
+void note_given(const GivenModel& model, const GivenState& state, SceneFrame& frame) {
+  for (size_t k = 0; k < model.objects.size(); ++k) {
+    const GivenObjectState& object = state.objects[k];
+    const auto response = static_cast<uint32_t>(frame.responses.size());
+    frame.objects[model.objects[k].object].response = response;
+    ObjectResponse answer{};
+    if (object.phase == GivenPhase::kFollows) {
+      answer = {own_acceleration(object.said, object.at), object.said.mobility};
+    }
+    frame.responses.push_back(answer);
+    for (uint32_t hand = 0; hand < frame.n_hands; ++hand) {
+      frame.seen.push_back(state.seen[hand].pushes[response]);
+    }
+  }
+  note_clients(model, state, frame);
+}
+
+}  // namespace haptic

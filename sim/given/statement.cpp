@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "sim/given/statement.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "sim/given/local_model.h"
+
+namespace haptic {
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+
+Matrix6 matrix_of(const std::array<double, 36>& numbers) {
+  return Eigen::Map<const Matrix6>(numbers.data());
+}
+
+bool all_finite(std::span<const double> numbers) {
+  return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); });
+}
+
+bool is_finite(const GivenMotion& said) {
+  return haptic::is_finite(said.X_WO) && is_unit(said.X_WO.q) && haptic::is_finite(said.V_WO) &&
+         haptic::is_finite(said.acceleration_W) && all_finite(said.mobility) &&
+         all_finite(said.stiffness) && all_finite(said.damping);
+}
+
+/// Symmetric, and no direction below zero but for rounding. Rows and columns are first scaled to a
+/// diagonal of ones, because a mobility is a million times larger turning than moving.
+bool is_semidefinite(const Matrix6& m, double tolerance) {
+  if (!(m.diagonal().minCoeff() >= 0)) return false;
+  const Eigen::Matrix<double, 6, 1> scale =
+      m.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0; });
+  const Matrix6 scaled = scale.asDiagonal() * m * scale.asDiagonal();
+  // a direction that does not answer has no part in any other
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    if (scale(i) == 0 && !(m.row(i).isZero(0) && m.col(i).isZero(0))) return false;
+  }
+  if (!((scaled - scaled.transpose()).cwiseAbs().maxCoeff() <= tolerance)) return false;
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(0.5 * (scaled + scaled.transpose()),
+                                                     Eigen::EigenvaluesOnly);
+  return eigen.eigenvalues()(0) >= -tolerance;
+}
+
+}  // namespace
+
+GiverRefusal refusal_of(const GivenMotion& said, const StatementLimits& limits) {
+  if (!is_finite(said)) return GiverRefusal::kNotFinite;
+  const bool is_near = norm(said.X_WO.p) <= limits.distance && norm(said.V_WO.v) <= limits.speed &&
+                       norm(said.V_WO.w) <= limits.turning &&
+                       norm(said.acceleration_W.v) <= limits.acceleration &&
+                       norm(said.acceleration_W.w) <= limits.acceleration;
+  if (!is_near) return GiverRefusal::kTooFast;
+  const Matrix6 M = matrix_of(said.mobility), K = matrix_of(said.stiffness),
+                D = matrix_of(said.damping);
+  for (const Matrix6* m : {&M, &K, &D}) {
+    if (!is_semidefinite(*m, limits.symmetry)) return GiverRefusal::kNotSymmetric;
+  }
+  const bool is_heavy = M.topLeftCorner<3, 3>().trace() <= 3 * limits.mobility &&
+                        M.bottomRightCorner<3, 3>().trace() <= 3 * limits.turning_mobility;
+  if (!is_heavy) return GiverRefusal::kTooLight;
+  const bool is_slow = (M * K).trace() <= kFastestModel * kFastestModel &&
+                       (M * D).trace() <= kFastestModel;
+  return is_slow ? GiverRefusal::kNone : GiverRefusal::kTooStiff;
+}
+
+}  // namespace haptic
