@@ -11,7 +11,7 @@
 #include "contact/shape/convex/piece_tree.h"
 #include "proto/config/config.h"
 #include "sim/bullet/body_world.h"
-#include "sim/hand_pushes.h"
+#include "sim/pushes/hand_pushes.h"
 
 namespace haptic {
 

@@ -73,7 +73,9 @@ void resume(const SimModel& model, SimState& state, const SceneFrame& last) {
   HAPTIC_ASSERT(!state.started);
   state.seq = last.seq;
   // a ring may hold anything
-  if (!is_of(model.bodies, model.n_objects, model.given.objects.size(), last) || last.n_hands != model.n_hands) return;
+  if (!is_of(model.bodies, model.n_objects, model.given.objects.size(), last) ||
+      last.n_hands != model.n_hands)
+    return;
   state.t_ns = last.t_ns;
   state.started = true;
   state.resumed = true;

@@ -27,7 +27,8 @@ What nobody reads yet waits for what comes:
 
 | field | comes with |
 |---|---|
-| `SceneObject::mover`, `Contact::giver`, the flag *given* of a set, the segments of clients | clients that move objects, push and touch |
+| `Contact::giver`, the flag *given* of a set | clients that push and touch |
+| `SceneFrame::world_pushes` | bodies of sim that push the objects of clients |
 | `GuideRow::guide`, `tangent_O`, `curvature`, `stiffness`, `flags` | guides that lead a hand along paths; the flag *field* of a set with fields that pull |
 | `behind_since_ns` of three processes | the words of a process that has fallen behind |
 | `ContactSet::compliance` | objects that give way |

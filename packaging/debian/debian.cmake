@@ -38,6 +38,22 @@ set(CPACK_DEBIAN_HAPTICD-DOC_DESCRIPTION "documentation of the haptics server ha
 Architecture, conventions, the reference of session files, decisions and
 measurements, as Markdown.")
 
+# where pybind11 is
+if(TARGET haptic_python)
+  list(APPEND CPACK_COMPONENTS_ALL python3-hapticd)
+  math(EXPR next_minor "${PYTHON_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON3-HAPTICD_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON3-HAPTICD_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PYTHON3-HAPTICD_PACKAGE_DEPENDS
+    "python3 (>= 3.${PYTHON_VERSION_MINOR}), python3 (<< 3.${next_minor}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON3-HAPTICD_PACKAGE_RECOMMENDS hapticd)
+  set(CPACK_DEBIAN_PYTHON3-HAPTICD_PACKAGE_CONTROL_EXTRA ${here}/python/postinst ${here}/python/prerm)
+  set(CPACK_DEBIAN_PYTHON3-HAPTICD_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+  set(CPACK_DEBIAN_PYTHON3-HAPTICD_DESCRIPTION "Python module of the haptics server hapticd
+Watches a running session as NumPy arrays, changes it, moves its objects and is
+told what the hand pushes them with, starts sessions and reads recordings.")
+endif()
+
 configure_file(${here}/changelog.in changelog @ONLY)
 execute_process(COMMAND gzip -9nc ${CMAKE_CURRENT_BINARY_DIR}/changelog
   OUTPUT_FILE ${CMAKE_CURRENT_BINARY_DIR}/changelog.Debian.gz)

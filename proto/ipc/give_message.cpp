@@ -129,7 +129,8 @@ GiveSeat ask_to_give(const std::string& session, const std::string& name) {
                          shown(name) + "\" and may = [\"move OBJECT\"] to its file");
     }
     if (errno == EACCES) {
-      throw HandoutError("you may not give to this session; name yourself as user in its [[client]]");
+      throw HandoutError(
+          "you may not give to this session; name yourself as user in its [[client]]");
     }
     throw_errno("cannot give to the session at " + path);
   }

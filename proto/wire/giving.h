@@ -9,7 +9,7 @@
 namespace haptic {
 
 /// Why frames of a client are refused, and how to mend it; by GiverRefusal.
-inline constexpr std::array<std::string_view, 9> kGiverRefusals{
+inline constexpr std::array<std::string_view, 10> kGiverRefusals{
     "",
     "a number is not finite, or a quaternion has not length 1",
     "it moves an object that it may not; name it in 'may' of its [[client]]",
@@ -18,7 +18,8 @@ inline constexpr std::array<std::string_view, 9> kGiverRefusals{
     "a matrix is not symmetric, or has a negative direction",
     "an object is lighter than 1 g, or turns more easily than a ball of 1 mm",
     "an object moves by itself faster than 1000 rad/s; state less stiffness or more mass",
-    "a pose, speed or acceleration is beyond all hands"};
+    "a pose, speed or acceleration is beyond all hands",
+    "its power is beyond max_power of its [[client]]"};
 
 constexpr std::string_view words_of(GiverRefusal refusal) {
   const auto number = static_cast<size_t>(refusal);
@@ -32,7 +33,7 @@ struct GiverFlagRow {
 };
 inline constexpr std::array<GiverFlagRow, 3> kGiverFlags{
     {{kGiverLate, "late: what it moves is not felt"},
-     {kGiverSoftened, "softened: what it moves answers otherwise than it says"},
+     {kGiverSoftened, "held back: an object answers otherwise than it says"},
      {kGiverCut, "cut for a second: it gave the hand more power than max_power"}}};
 
 }  // namespace haptic

@@ -118,14 +118,16 @@ enum class GiverRefusal : uint32_t {
   kTooLight = 6,      // beyond the largest mobility
   kTooStiff = 7,      // its own motion is faster than the model can follow
   kTooFast = 8,       // beyond the largest speed, acceleration or distance
+  kTooStrong = 9,     // driven by more than its client's max_power
 };
 
 /// GiverState::flags.
 enum GiverFlag : uint32_t {
   kGiverAttached = 1u << 0,  // its segment is mapped
   kGiverLate = 1u << 1,      // no frame was taken for longer than the hold: it fades or has faded
-  kGiverSoftened = 1u << 2,  // the coupling is softened towards an object that it moves
-  kGiverCut = 1u << 3,       // it gave the hand more power than it may
+  kGiverSoftened =
+      1u << 2,          // an object answers otherwise than it says, so its frames are held back
+  kGiverCut = 1u << 3,  // it gave the hand more power than it may
 };
 
 /// GuideRow::flags.

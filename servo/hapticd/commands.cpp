@@ -117,8 +117,8 @@ SessionStatus Commands::status() {
       .givers = {}};
   children_.report(status);
   for (uint32_t c = 0; givers_ != nullptr && c < session_.config.n_clients; ++c) {
-    status.givers.push_back(giver_report(session_.config.clients[c], c, givers_->seat(c),
-                                         scene_frame_));
+    status.givers.push_back(
+        giver_report(session_.config.clients[c], c, givers_->seat(c), scene_frame_));
   }
   return status;
 }

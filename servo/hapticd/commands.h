@@ -10,7 +10,7 @@
 #include "proto/ipc/attachments.h"
 #include "proto/ipc/control_socket.h"
 #include "servo/hapticd/children.h"
-#include "servo/hapticd/give_server.h"
+#include "servo/hapticd/giving/give_server.h"
 #include "servo/hapticd/leads.h"
 #include "servo/hapticd/session_run.h"
 #include "servo/hapticd/status.h"

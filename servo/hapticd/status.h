@@ -10,7 +10,7 @@
 
 #include "proto/config/out_of_reach.h"
 #include "proto/wire/wire.h"
-#include "servo/hapticd/giver_report.h"
+#include "servo/hapticd/giving/giver_report.h"
 
 namespace haptic {
 

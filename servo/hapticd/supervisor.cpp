@@ -93,10 +93,11 @@ int Supervisor::run() {
 /// Waits, and passes on what has come. Returns when it woke.
 int64_t Supervisor::wait_for_work(int64_t until_ns) {
   constexpr size_t kOwn = 4;
-  std::array<pollfd, kOwn + Children::kWaits> waiting{{{session_.server.poll_fd(), POLLIN, 0},
-                                                       {signals_.get(), POLLIN, 0},
-                                                       {commands_.poll_fd(), POLLIN, 0},
-                                                       {givers_ ? givers_->poll_fd() : -1, POLLIN, 0}}};
+  std::array<pollfd, kOwn + Children::kWaits> waiting{
+      {{session_.server.poll_fd(), POLLIN, 0},
+       {signals_.get(), POLLIN, 0},
+       {commands_.poll_fd(), POLLIN, 0},
+       {givers_ ? givers_->poll_fd() : -1, POLLIN, 0}}};
   const int64_t next_start_ns = children_.wait_for(std::span(waiting).subspan<kOwn>());
   until_ns = std::min({until_ns, next_start_ns, commands_.next_turn_ns()});
   poll(waiting.data(), waiting.size(), poll_ms(until_ns));
@@ -118,15 +119,15 @@ int64_t Supervisor::wait_for_work(int64_t until_ns) {
 /// What a client offers goes to all that attach segments, as what a child offers.
 void Supervisor::serve_givers() {
   if (!givers_) return;
-  givers_->serve(now_ns(),
-                 {.on_offer =
-                      [this](const Announcement& offer, int fd) {
-                        session_.server.announce(offer.id, offer.generation,
-                                                 ClientChannels::kName, fd);
-                      },
-                  .say = [this](const std::string& line) {
-                    session_.log.write(LogLevel::kInfo, "hapticd", line);
-                  }});
+  givers_->serve(now_ns(), {.on_offer =
+                                [this](const Announcement& offer, int fd) {
+                                  session_.server.announce(offer.id, offer.generation,
+                                                           ClientChannels::kName, fd);
+                                },
+                            .say =
+                                [this](const std::string& line) {
+                                  session_.log.write(LogLevel::kInfo, "hapticd", line);
+                                }});
 }
 
 /// A session that cannot be reached cannot be stopped either, so it ends.

@@ -9,7 +9,7 @@
 #include "proto/ipc/attachments.h"
 #include "servo/hapticd/children.h"
 #include "servo/hapticd/commands.h"
-#include "servo/hapticd/give_server.h"
+#include "servo/hapticd/giving/give_server.h"
 #include "servo/hapticd/log.h"
 #include "servo/hapticd/session_run.h"
 

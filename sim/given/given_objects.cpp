@@ -14,16 +14,15 @@
 namespace haptic {
 namespace {
 
-constexpr double kGain = 0.1;    // share of the gap that a frame takes over (docs/clients-that-give.md)
-constexpr double kFade = 0.050;  // in which an object is let go, or let in [s]
-constexpr double kCutFade = 0.020;                      // in which a client is cut [s]
-constexpr int64_t kCutNs = 1'000'000'000;               // for which it is
-constexpr double kCutAt = 0.5;                          // share of its energy: the fade needs some
-constexpr int64_t kFutureNs = 5 * kMs;                  // what a clock may be ahead
-constexpr int64_t kOldestNs = 500 * kMs;                // of a statement
-constexpr int64_t kMostReplayedNs = 250 * kMs;          // in a step, of all objects: some 0.15 ms
-constexpr HoldLimits kHold{20 * kMs, 500 * kMs};        // three times the median period
-constexpr int64_t kUsualPeriodNs = 10 * kMs;            // until there is a median
+constexpr double kFade = 0.050;                   // in which an object is let go, or let in [s]
+constexpr double kCutFade = 0.020;                // in which a client is cut [s]
+constexpr int64_t kCutNs = 1'000'000'000;         // for which it is
+constexpr double kCutAt = 0.5;                    // share of its energy: the fade needs some
+constexpr int64_t kFutureNs = 5 * kMs;            // what a clock may be ahead
+constexpr int64_t kOldestNs = 500 * kMs;          // of a statement
+constexpr int64_t kMostReplayedNs = 250 * kMs;    // in a step, of all objects: some 0.15 ms
+constexpr HoldLimits kHold{20 * kMs, 500 * kMs};  // three times the median period
+constexpr int64_t kUsualPeriodNs = 10 * kMs;      // until there is a median
 
 /// The pushes of all hands after the ticks that a client has used, in the order of their instants.
 class PushReader {
@@ -93,35 +92,50 @@ int64_t period_of(const GivenClientState& client) {
 
 /// Nothing has come for longer than the hold.
 bool is_late(const GivenClientState& client, int64_t t_ns) {
-  return t_ns - client.taken_ns > hold_ns(client.age, kHold);
-}
-
-/// The model, and what is left of the gap to what was shown at the client's last frame.
-ModelState shown(const GivenObjectState& object, int64_t period_ns, int64_t t_ns) {
-  const double passed = seconds_of(t_ns - object.gap_ns) / seconds_of(period_ns);
-  const double left = std::clamp(1 - passed, 0.0, 1.0);
-  return left > 0 ? moved(object.at, left, object.gap) : object.at;
+  return t_ns - client.came_ns > hold_ns(client.age, kHold);
 }
 
 bool answers(const GivenMotion& said) {
   return std::ranges::any_of(said.mobility, [](double m) { return m != 0; });
 }
 
-/// Takes a statement over into the model. Nothing of an object that is not felt is kept.
-void correct(GivenState& state, size_t k, int64_t period_ns, int64_t t_ns) {
+ModelState shown(const GivenObjectState& object) {
+  const auto* guarded = std::get_if<GuardedModel>(&object.model);
+  return guarded != nullptr ? guarded->at() : std::get<FollowingModel>(object.model).shown();
+}
+
+/// Steps of sim in a period of the client.
+int ticks_in(int64_t period_ns, double step) {
+  return static_cast<int>(std::lround(seconds_of(period_ns) / step));
+}
+
+/// Takes a statement over into the model. An object that is not felt is put where it is said to be,
+/// as is one that from now on answers pushes, or does no more.
+void correct(const GivenModel& model, GivenState& state, size_t k, int64_t t_ns) {
   GivenObjectState& object = state.objects[k];
-  const ModelState before = shown(object, period_ns, t_ns), now = replayed(state, k, t_ns);
-  const double gain = object.share > 0 && answers(object.said) ? kGain : 1;
-  object.at = moved(object.at, gain, gap_between(object.at, now));
-  object.gap = object.share > 0 ? gap_between(object.at, before) : StateGap{};
-  object.gap_ns = t_ns;
+  const int64_t period_ns = period_of(state.clients[model.objects[k].client]);
+  const ModelState now = replayed(state, k, t_ns);
+  const bool is_guarded = std::holds_alternative<GuardedModel>(object.model);
+  if (is_guarded != answers(object.said)) {
+    if (is_guarded) {
+      object.model.emplace<FollowingModel>().place(now, object.said);
+    } else {
+      object.model.emplace<GuardedModel>().place(now, object.said);
+    }
+  } else if (object.share == 0) {
+    std::visit([&](auto& moving) { moving.place(now, object.said); }, object.model);
+  } else if (auto* guarded = std::get_if<GuardedModel>(&object.model)) {
+    guarded->correct(now, object.said, ticks_in(period_ns, model.period));
+  } else {
+    std::get<FollowingModel>(object.model).correct(now, object.said, period_ns);
+  }
   object.is_new = false;
 }
 
 /// Weight of what a client gives, by its age and by the power that it has given.
 double weight_of(const GivenClient& limits, GivenClientState& client, int64_t t_ns, double dt) {
   if (client.power.energy(t_ns) > kCutAt * limits.max_power) client.cut_until_ns = t_ns + kCutNs;
-  const Arrival arrival{client.taken_ns != 0, client.taken_seq, client.taken_ns, true};
+  const Arrival arrival{client.came_ns != 0, client.taken_seq, client.came_ns, true};
   const double weight = weigh(client.age, arrival, t_ns, std::max(dt, 1e-6), kHold).weight;
   return t_ns < client.cut_until_ns ? 0 : weight;
 }
@@ -167,8 +181,30 @@ void correct_models(const GivenModel& model, GivenState& state, int64_t t_ns) {
     GivenObjectState& object = state.objects[k];
     if (!object.is_new || object.phase != GivenPhase::kFollows) continue;
     left_ns -= std::max<int64_t>(t_ns - object.said.t_ns, 0);
-    correct(state, k, period_of(state.clients[model.objects[k].client]), t_ns);
+    correct(model, state, k, t_ns);
     state.turn = (k + 1) % n;
+  }
+}
+
+/// Moves an object that follows its client. One that is late, and not felt any more, stands.
+void move(GivenState& state, size_t k, const NewPush& pushed, bool is_late, double dt) {
+  GivenObjectState& object = state.objects[k];
+  if (object.share == 0 && is_late) {
+    std::visit([](auto& moving) { moving.stop(); }, object.model);
+  } else if (auto* guarded = std::get_if<GuardedModel>(&object.model)) {
+    HandsOnObject hands{pushed.impulse_W, pushed.late_W, object.work};
+    for (size_t hand = 0; hand < state.histories.size(); ++hand) {
+      const PushHistory& history = state.histories[hand];
+      if (history.end() - history.begin() < 2) continue;
+      const uint64_t n = history.end() - 1;
+      const Wrench J_W = history.push(n, k).impulse_W + -history.push(n - 1, k).impulse_W;
+      const double force = norm(J_W.f) / seconds_of(history.t_ns(n) - history.t_ns(n - 1));
+      hands.spring += 0.5 * force * state.hands[hand].depth;
+      hands.stiffness = std::max(hands.stiffness, state.hands[hand].stiffness);
+    }
+    guarded->step(hands, dt);
+  } else {
+    std::get<FollowingModel>(object.model).step(dt);
   }
 }
 
@@ -176,14 +212,13 @@ void note_objects(const GivenModel& model, const GivenState& state, SceneFrame& 
   for (size_t k = 0; k < model.objects.size(); ++k) {
     const GivenObject& given = model.objects[k];
     const GivenObjectState& object = state.objects[k];
-    const GivenClientState& client = state.clients[given.client];
     SceneObject& out = frame.objects[given.object];
     out.reduction = 1 - object.share;
+    const ModelState at = shown(object);
     if (object.phase != GivenPhase::kFollows) {
-      out.X_WO = object.at.X_WO;
+      out.X_WO = at.X_WO;
       continue;
     }
-    const ModelState at = shown(object, period_of(client), frame.t_ns);
     out.X_WO = at.X_WO;
     out.V_WO = at.V_WO;
     out.mover = moved_by_client(given.client);
@@ -207,6 +242,10 @@ void note_clients(const GivenModel& model, const GivenState& state, SceneFrame& 
     if (client.is_attached) out.flags |= kGiverAttached;
     if (client.is_attached && is_late(client, frame.t_ns)) out.flags |= kGiverLate;
     if (frame.t_ns < client.cut_until_ns) out.flags |= kGiverCut;
+    for (const uint32_t k : model.clients[c].objects) {
+      const auto* guarded = std::get_if<GuardedModel>(&state.objects[k].model);
+      if (guarded != nullptr && guarded->is_held_back()) out.flags |= kGiverSoftened;
+    }
     frame.givers.push_back(out);
   }
 }
@@ -216,6 +255,9 @@ GiverRefusal refusal_in(const GivenModel& model, const GivenState& state, uint32
                         const GivenMotion& said, size_t k, int64_t t_ns) {
   if (k == model.objects.size() || model.objects[k].client != client) {
     return GiverRefusal::kNotAllowed;
+  }
+  if (!(said.power >= 0 && said.power <= model.clients[client].max_power)) {
+    return GiverRefusal::kTooStrong;
   }
   const GivenObjectState& object = state.objects[k];
   if (const GiverRefusal why = refusal_of(said); why != GiverRefusal::kNone) return why;
@@ -235,8 +277,8 @@ GiverRefusal refusal_in(const GivenModel& model, const GivenState& state, uint32
 }
 
 size_t place_of(const GivenModel& model, uint32_t object) {
-  return static_cast<size_t>(
-      std::ranges::find(model.objects, object, &GivenObject::object) - model.objects.begin());
+  return static_cast<size_t>(std::ranges::find(model.objects, object, &GivenObject::object) -
+                             model.objects.begin());
 }
 
 GiverRefusal refusal_in(const GivenModel& model, const GivenState& state, uint32_t client,
@@ -255,6 +297,32 @@ GiverRefusal refusal_in(const GivenModel& model, const GivenState& state, uint32
 }
 
 }  // namespace
+
+ModelState FollowingModel::shown() const {
+  const double left = std::clamp(1 - since_ / period_, 0.0, 1.0);
+  return left > 0 ? moved(at_, left, gap_) : at_;
+}
+
+void FollowingModel::place(const ModelState& at, const GivenMotion& said) {
+  said_ = said;
+  at_ = at;
+  gap_ = {};
+}
+
+void FollowingModel::correct(const ModelState& replayed, const GivenMotion& said,
+                             int64_t period_ns) {
+  const ModelState before = shown();
+  said_ = said;
+  at_ = replayed;
+  gap_ = gap_between(at_, before);
+  since_ = 0;
+  period_ = seconds_of(period_ns);
+}
+
+void FollowingModel::step(double dt) {
+  drift(said_, at_, dt);
+  since_ += dt;
+}
 
 GivenModel build_given(const SessionConfig& config, uint32_t first_response) {
   GivenModel model;
@@ -277,7 +345,7 @@ GivenState begin_given(const GivenModel& model, uint32_t n_hands) {
   GivenState state;
   state.objects.resize(model.objects.size());
   for (size_t k = 0; k < model.objects.size(); ++k) {
-    state.objects[k].at.X_WO = model.objects[k].X_WO;
+    std::get<FollowingModel>(state.objects[k].model).place({model.objects[k].X_WO, {}}, {});
   }
   state.clients.resize(model.clients.size());
   for (GivenClientState& client : state.clients) {
@@ -294,7 +362,7 @@ void resume_given(const GivenModel& model, GivenState& state, const SceneFrame& 
   for (size_t k = 0; k < model.objects.size(); ++k) {
     const SceneObject& object = last.objects[model.objects[k].object];
     if (object.mover == kMovedBySim) continue;
-    state.objects[k].at = {object.X_WO, {}};
+    std::get<FollowingModel>(state.objects[k].model).place({object.X_WO, {}}, {});
     state.objects[k].phase = GivenPhase::kFollows;
     state.objects[k].share = 0;
   }
@@ -304,15 +372,23 @@ void see_hand(const GivenModel& model, GivenState& state, uint32_t hand, const S
   if (hand >= state.histories.size()) return;
   PushHistory& history = state.histories[hand];
   history.add(frame);
+  const SeenHand before = state.hands[hand];
+  if (!is_finite(frame.X_WT) || !std::isfinite(frame.depth)) return;
+  state.hands[hand] = {frame.X_WT, frame.depth, frame.translational_stiffness};
   const uint64_t n = history.end() - 1;
-  if (history.end() - history.begin() < 2 || !is_finite(frame.V_WT)) return;
+  if (history.end() - history.begin() < 3) return;
+  const Twist way = way_between(before.X_WT, frame.X_WT);
   for (size_t k = 0; k < model.objects.size(); ++k) {
-    const Wrench J_W = history.push(n, k).impulse_W + -history.push(n - 1, k).impulse_W;
-    if (J_W == Wrench{}) continue;
-    // of the opposite wrench on the tool, over the tick that holds it
-    const Vec3 arm_W = state.objects[k].at.X_WO.p - frame.X_WT.p;
-    const double work = -dot(J_W, Twist{velocity_at(frame.V_WT, arm_W), frame.V_WT.w});
-    if (std::isfinite(work)) state.clients[model.objects[k].client].power.add(work, frame.t_ns);
+    const Wrench F_W = 1 / seconds_of(history.t_ns(n) - history.t_ns(n - 1)) *
+                       (history.push(n - 1, k).impulse_W + -history.push(n - 2, k).impulse_W);
+    if (F_W == Wrench{}) continue;
+    GivenObjectState& object = state.objects[k];
+    // the force of the tick before was held until this one
+    const Vec3 arm_W = shown(object).X_WO.p - before.X_WT.p;
+    const double work = dot(F_W, Twist{velocity_at(way, arm_W), way.w});
+    if (!std::isfinite(work)) continue;
+    object.work += work;
+    state.clients[model.objects[k].client].power.add(-work, frame.t_ns);
   }
 }
 
@@ -346,6 +422,7 @@ void see_client(const GivenModel& model, GivenState& state, uint32_t client, uin
   known.refusal = GiverRefusal::kNone;
   known.taken_seq = given.seq;
   known.taken_ns = given.t_ns;
+  known.came_ns = t_ns;
 }
 
 void step_given(const GivenModel& model, GivenState& state,
@@ -363,14 +440,10 @@ void step_given(const GivenModel& model, GivenState& state,
     const uint32_t client = model.objects[k].client;
     GivenObjectState& object = state.objects[k];
     let_in(object, weights[client], frame.t_ns < state.clients[client].cut_until_ns, dt);
-    if (object.phase != GivenPhase::kFollows) continue;
-    if (object.share == 0 && is_late(state.clients[client], frame.t_ns)) {
-      object.at.V_WO = {};
-      continue;
+    if (object.phase == GivenPhase::kFollows) {
+      move(state, k, pushes[k], is_late(state.clients[client], frame.t_ns), dt);
     }
-    push(object.said, object.at, pushes[k].impulse_W, {});
-    drift(object.said, object.at, dt);
-    push(object.said, object.at, {}, pushes[k].late_W);
+    object.work = 0;
   }
   state.t_ns = frame.t_ns;
   correct_models(model, state, frame.t_ns);
@@ -384,7 +457,11 @@ void note_given(const GivenModel& model, const GivenState& state, SceneFrame& fr
     frame.objects[model.objects[k].object].response = response;
     ObjectResponse answer{};
     if (object.phase == GivenPhase::kFollows) {
-      answer = {own_acceleration(object.said, object.at), object.said.mobility};
+      answer = std::visit(
+          [](const auto& moving) -> ObjectResponse {
+            return {moving.acceleration(), moving.said().mobility};
+          },
+          object.model);
     }
     frame.responses.push_back(answer);
     for (uint32_t hand = 0; hand < frame.n_hands; ++hand) {

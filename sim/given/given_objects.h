@@ -4,15 +4,17 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <variant>
 #include <vector>
 
 #include "proto/config/config.h"
 #include "proto/wire/age.h"
 #include "proto/wire/wire.h"
+#include "sim/given/guarded_model.h"
 #include "sim/given/local_model.h"
 #include "sim/given/power_window.h"
-#include "sim/given/push_history.h"
-#include "sim/hand_pushes.h"
+#include "sim/pushes/hand_pushes.h"
+#include "sim/pushes/push_history.h"
 
 /// Objects that clients move. A client integrates its object at its own rate, and its frames come
 /// late; the hand presses on a model of it that is stepped here, and the frames correct the model.
@@ -23,12 +25,12 @@
 ///   model    V̇ = a − M⁻¹ [D (V − V_f) + K (X ⊖ X_f)], and V grows by M⁻¹ ΔJ at each tick
 ///   loop     each step of sim: push the model with what the hand has pushed since the last, let it
 ///            drift to the step's instant
-///   frame    replay: from (X_f, V_f) at t_f, with every push after the client's tick, to now; then
-///            take over a tenth of the gap between the model and that (all of it where the object
-///            does not answer a push). What is shown goes over to the corrected model within a
-///            period of the client
-///   bound    with right M, K, D and a rate of 30 Hz or more the loop through the client adds less
-///            than 0.1 N at 3000 N/m (docs/clients-that-give.md); elsewhere EnergyWatch softens
+///   frame    replay: from (X_f, V_f) at t_f, with every push after the client's tick, to now; the
+///            model then follows by a tenth of the gap, over a period of the client, as far as its
+///            purse pays (guarded_model.h). An object that does not answer a push closes no loop:
+///            it follows by all of the gap
+///   bound    with right M, K, D the loop through the client is stable at any stiffness up to
+///            5000 N/m from 10 Hz on; wrong ones give the hand no more than a purse
 namespace haptic {
 
 /// A client as the session file has it.
@@ -41,7 +43,7 @@ struct GivenClient {
 struct GivenObject {
   uint32_t object = 0;  // in the scene
   uint32_t client = 0;
-  Pose X_WO;            // where it is before a client moves it
+  Pose X_WO;  // where it is before a client moves it
 };
 
 struct GivenModel {
@@ -59,15 +61,34 @@ enum class GivenPhase : uint32_t {
   kFollows  // the client
 };
 
+/// An object that follows its client and answers no push: what is shown goes over to each frame
+/// within a period of the client.
+class FollowingModel {
+ public:
+  const GivenMotion& said() const { return said_; }
+  ModelState shown() const;
+  void place(const ModelState& at, const GivenMotion& said);
+  void correct(const ModelState& replayed, const GivenMotion& said, int64_t period_ns);
+  void step(double dt);
+  void stop() { at_.V_WO = {}; }
+  Twist acceleration() const { return own_acceleration(said_, at_); }
+
+ private:
+  GivenMotion said_{};
+  ModelState at_;
+  StateGap gap_;           // shown − at, of the last frame
+  double since_ = 0;       // that frame [s]
+  double period_ = 10e-3;  // [s]
+};
+
 struct GivenObjectState {
   GivenPhase phase = GivenPhase::kStands;
   GivenMotion said{};  // the newest statement that was taken
   bool is_said = false;
   bool is_new = false;  // the model has not taken it over yet
-  ModelState at;        // the model
-  StateGap gap;         // shown − model at the last frame, which is shown less and less
-  int64_t gap_ns = 0;   // since when
-  double share = 1;     // of the coupling that is let in
+  std::variant<FollowingModel, GuardedModel> model;
+  double share = 1;  // of the coupling that is let in
+  double work = 0;   // of the hands on it since the last step [J]
 };
 
 struct GivenClientState {
@@ -75,19 +96,28 @@ struct GivenClientState {
   uint64_t generation = 0;  // of its segment
   uint64_t last_seq = 0, taken_seq = 0, refused = 0;
   int64_t taken_ns = 0;  // GivenFrame::t_ns of the last that was taken
+  int64_t came_ns = 0;  // when it was: a frame is as old as the client is behind, which is no fault
   GiverRefusal refusal = GiverRefusal::kNone;
   bool is_attached = false;
   PowerWindow power;
   int64_t cut_until_ns = 0;
 };
 
+/// What is known of a hand between its frames.
+struct SeenHand {
+  Pose X_WT;             // in the newest frame
+  double depth = 0;      // [m]
+  double stiffness = 0;  // of its coupling [N/m]
+};
+
 struct GivenState {
   std::vector<GivenObjectState> objects;
+  std::array<SeenHand, kMostHands> hands{};
   std::vector<GivenClientState> clients;
   std::vector<PushHistory> histories;  // by hand
   std::array<SeenCounters, kMostHands> seen{};
-  int64_t t_ns = 0;   // of the last step; 0: there was none
-  size_t turn = 0;    // the object whose statement is looked at first in the next step
+  int64_t t_ns = 0;  // of the last step; 0: there was none
+  size_t turn = 0;   // the object whose statement is looked at first in the next step
 };
 
 /// Allocates all that the state needs; the objects stand at the poses of the session file.
@@ -105,8 +135,8 @@ void see_hand(const GivenModel& model, GivenState& state, uint32_t hand, const S
 void see_client(const GivenModel& model, GivenState& state, uint32_t client, uint64_t generation,
                 const GivenFrame& given, int64_t t_ns);
 
-/// Moves the objects to the frame's instant and puts them into `frame`, which has all other objects.
-/// Allocates nothing.
+/// Moves the objects to the frame's instant and puts them into `frame`, which has all other
+/// objects. Allocates nothing.
 void step_given(const GivenModel& model, GivenState& state,
                 std::span<const ServoFrame* const> hands, SceneFrame& frame);
 

@@ -25,9 +25,13 @@ Twist own_acceleration(const GivenMotion& said, const ModelState& at) {
   return said.acceleration_W - moved_by(said.mobility, held);
 }
 
+int steps_of_model(double dt) {
+  return static_cast<int>(std::ceil(dt / kStep));
+}
+
 void drift(const GivenMotion& said, ModelState& at, double dt) {
   HAPTIC_ASSERT(dt >= 0 && dt <= kMostReplay);
-  const int n = static_cast<int>(std::ceil(dt / kStep));
+  const int n = steps_of_model(dt);
   const double h = n > 0 ? dt / n : 0;
   for (int i = 0; i < n; ++i) {
     at.X_WO = extrapolate(at.X_WO, at.V_WO, 0.5 * h);

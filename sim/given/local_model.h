@@ -16,6 +16,9 @@ struct ModelState {
 /// model is then an eighth of its time, or less.
 inline constexpr double kFastestModel = 1000;
 
+/// Steps of the model in dt [s].
+int steps_of_model(double dt);
+
 /// Acceleration of the origin by all but hands, in W: a − M⁻¹ [D (V − V_f) + K (X ⊖ X_f)], with
 /// pose X_f, twist V_f and acceleration a of the client's frame.
 Twist own_acceleration(const GivenMotion& said, const ModelState& at);

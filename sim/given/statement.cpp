@@ -21,18 +21,22 @@ bool all_finite(std::span<const double> numbers) {
   return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); });
 }
 
-bool is_finite(const GivenMotion& said) {
+bool has_finite_numbers(const GivenMotion& said) {
   return haptic::is_finite(said.X_WO) && is_unit(said.X_WO.q) && haptic::is_finite(said.V_WO) &&
          haptic::is_finite(said.acceleration_W) && all_finite(said.mobility) &&
          all_finite(said.stiffness) && all_finite(said.damping);
 }
 
-/// Symmetric, and no direction below zero but for rounding. Rows and columns are first scaled to a
-/// diagonal of ones, because a mobility is a million times larger turning than moving.
+/// By which rows and columns are scaled to a diagonal of ones, because a mobility is a million
+/// times larger turning than moving.
+Eigen::Matrix<double, 6, 1> scale_of(const Matrix6& m) {
+  return m.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0; });
+}
+
+/// Symmetric, and no direction below zero but for rounding.
 bool is_semidefinite(const Matrix6& m, double tolerance) {
   if (!(m.diagonal().minCoeff() >= 0)) return false;
-  const Eigen::Matrix<double, 6, 1> scale =
-      m.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0; });
+  const Eigen::Matrix<double, 6, 1> scale = scale_of(m);
   const Matrix6 scaled = scale.asDiagonal() * m * scale.asDiagonal();
   // a direction that does not answer has no part in any other
   for (Eigen::Index i = 0; i < 6; ++i) {
@@ -47,7 +51,7 @@ bool is_semidefinite(const Matrix6& m, double tolerance) {
 }  // namespace
 
 GiverRefusal refusal_of(const GivenMotion& said, const StatementLimits& limits) {
-  if (!is_finite(said)) return GiverRefusal::kNotFinite;
+  if (!has_finite_numbers(said)) return GiverRefusal::kNotFinite;
   const bool is_near = norm(said.X_WO.p) <= limits.distance && norm(said.V_WO.v) <= limits.speed &&
                        norm(said.V_WO.w) <= limits.turning &&
                        norm(said.acceleration_W.v) <= limits.acceleration &&
@@ -61,9 +65,24 @@ GiverRefusal refusal_of(const GivenMotion& said, const StatementLimits& limits) 
   const bool is_heavy = M.topLeftCorner<3, 3>().trace() <= 3 * limits.mobility &&
                         M.bottomRightCorner<3, 3>().trace() <= 3 * limits.turning_mobility;
   if (!is_heavy) return GiverRefusal::kTooLight;
-  const bool is_slow = (M * K).trace() <= kFastestModel * kFastestModel &&
-                       (M * D).trace() <= kFastestModel;
+  const bool is_slow =
+      (M * K).trace() <= kFastestModel * kFastestModel && (M * D).trace() <= kFastestModel;
   return is_slow ? GiverRefusal::kNone : GiverRefusal::kTooStiff;
+}
+
+Mat6 mass_of_mobility(const std::array<double, 36>& mobility) {
+  constexpr double kRank = 1e-9;  // of the largest: what is less does not answer
+  const Matrix6 m = matrix_of(mobility);
+  const Eigen::Matrix<double, 6, 1> scale = scale_of(m);
+  const Matrix6 scaled = scale.asDiagonal() * (0.5 * (m + m.transpose())) * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(scaled);
+  const Eigen::Matrix<double, 6, 1> inverse =
+      eigen.eigenvalues().unaryExpr([](double e) { return e > kRank ? 1 / e : 0; });
+  const Matrix6 mass = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
+                       eigen.eigenvectors().transpose() * scale.asDiagonal();
+  Mat6 out;
+  Eigen::Map<Matrix6>(out.a.data()) = mass;
+  return out;
 }
 
 }  // namespace haptic

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "proto/math/spatial.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
@@ -22,5 +23,9 @@ struct StatementLimits {
 /// is faster than kFastestModel (tr M⁻¹K and tr M⁻¹D bound the squares of its frequencies and its
 /// rates). kNone: it can.
 GiverRefusal refusal_of(const GivenMotion& said, const StatementLimits& limits = {});
+
+/// The mass of what a mobility lets answer: its pseudo-inverse, which is zero where nothing
+/// answers.
+Mat6 mass_of_mobility(const std::array<double, 36>& mobility);
 
 }  // namespace haptic

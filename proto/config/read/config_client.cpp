@@ -11,8 +11,8 @@ using enum Dimension;
 
 namespace {
 
-constexpr Range kForces{0, 50};             // [N]; more than any device has
-constexpr Range kPowers{0, 20};             // [W]; more than any device gives
+constexpr Range kForces{0, 50};              // [N]; more than any device has
+constexpr Range kPowers{0, 20};              // [W]; more than any device gives
 constexpr std::string_view kMove = "move ";  // begins a right, before the name of an object
 constexpr const char* kRights = "may = [\"move cup\"]";
 
@@ -24,8 +24,8 @@ uint32_t moved_object(Section& section, const std::string& right, const SessionC
     if (view(config.objects[i].name) == name) return i;
     known.push_back(view(config.objects[i].name));
   }
-  section.fail_at("may", "names '" + shown(name) + "', which is no [[object]]; " +
-                             suggestion(name, known));
+  section.fail_at(
+      "may", "names '" + shown(name) + "', which is no [[object]]; " + suggestion(name, known));
 }
 
 /// Throws where something else moves the object.

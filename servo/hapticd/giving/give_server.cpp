@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "servo/hapticd/give_server.h"
+#include "servo/hapticd/giving/give_server.h"
 
 #include <pwd.h>
 #include <sys/epoll.h>
@@ -103,8 +103,8 @@ std::string GiveServer::refusal_of(const Peer& peer, std::optional<uint32_t> cli
            "'; name the user in its [[client]]";
   }
   if (seats_[*client].is_taken) {
-    return "'" + shown(name) + "' gives already, process " +
-           std::to_string(seats_[*client].pid) + "; end it first";
+    return "'" + shown(name) + "' gives already, process " + std::to_string(seats_[*client].pid) +
+           "; end it first";
   }
   if (told_ns_[*client] != 0 && t_ns - told_ns_[*client] < kRestNs) {
     return "'" + shown(name) + "' comes again too soon; wait a second";
@@ -182,8 +182,7 @@ void GiveServer::drop(uint64_t number, const Handlers& handlers) {
   const Peer& peer = peers_.at(number);
   if (peer.step != Step::kConnected) seats_[peer.client] = {};
   if (peer.step == Step::kGives) {
-    handlers.say("client '" + std::string(view(config_.clients[peer.client].name)) +
-                 "' has left");
+    handlers.say("client '" + std::string(view(config_.clients[peer.client].name)) + "' has left");
   }
   peers_.erase(number);
 }

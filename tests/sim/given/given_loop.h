@@ -112,11 +112,12 @@ inline JudgedRun judge(const GivenWorld& world, Motion motion, double seconds) {
 
 /// What a client says and how it sends it.
 struct GivenClientRun {
-  double rate = 100;           // [Hz]
-  double jitter = 0;           // of its frames, in periods
+  double rate = 100;                         // [Hz]
+  double jitter = 0;                         // of its frames, in periods
   double mass_said = 1, stiffness_said = 1;  // factors
   double seconds = 20;
-  bool uses_integral = true;   // S beside J
+  bool uses_integral = true;  // S beside J
+  bool has_model = true;      // else the object is placed by its frames alone
 };
 
 /// The client: integrates with what was pushed, as a force linear in time with the same J and S.
@@ -186,14 +187,27 @@ inline SessionConfig given_session() {
 }
 
 struct GivenResult {
-  double cycle = 0;    // standard deviation of the force in the last second [N]
-  double rms = 0;      // of the force's error [N]
-  double gained = 0;   // work on the hand in all [J]
-  double back = 0;     // as JudgedRun::back
-  double step = 0;     // largest change of the force between ticks of a fresh frame [N]
+  double cycle = 0;   // standard deviation of the force in the last second [N]
+  double rms = 0;     // of the force's error [N]
+  double gained = 0;  // work on the hand in all [J]
+  double back = 0;    // as JudgedRun::back
+  double step = 0;    // largest change of the force between ticks of a fresh frame [N]
   double least_share = 1;
+  bool is_said = false;  // that it answers otherwise than its client says
   bool ran_away = false;
 };
+
+/// The object as a free body where its client's frame has it, with what was pushed since.
+inline void place_by(const GivenMotion& said, const ServoFrame& used, SceneFrame& scene) {
+  SceneObject& object = scene.objects[0];
+  object.X_WO = said.X_WO;
+  object.V_WO = said.V_WO;
+  object.t_ns = said.t_ns;
+  object.extrapolation_ns = kMostExtrapolationNs;
+  scene.responses[0] = {said.acceleration_W, said.mobility};
+  const auto& [J, S] = used.pushes[0];
+  scene.seen[0] = {J, S, {}, used.t_ns};
+}
 
 /// The whole loop: servo's spring and counters, sim, the client.
 inline GivenResult run_given(const GivenWorld& world, const GivenClientRun& run, Motion motion,
@@ -206,7 +220,10 @@ inline GivenResult run_given(const GivenWorld& world, const GivenClientRun& run,
   struct Waiting {
     int64_t arrives_ns;
     GivenFrame frame;
+    ServoFrame at;  // whose counters it has used
   };
+  GivenFrame shown{};
+  ServoFrame at_frame{};
   std::deque<Waiting> waiting;
   GivenHand hand = hand_at_start(motion);
   hand.x = -0.1;  // away, until the client is heard
@@ -217,7 +234,9 @@ inline GivenResult run_given(const GivenWorld& world, const GivenClientRun& run,
   GivenResult out;
   std::vector<double> forces;
   double begin = 0, before = 0;
-  const int n_lead = 700, end = n_lead + static_cast<int>(run.seconds / kTick);
+  // let go, five fresh frames, let in
+  const int n_lead = 300 + static_cast<int>(12 / (kTick * run.rate)),
+            end = n_lead + static_cast<int>(run.seconds / kTick);
   int64_t next_ns = kStartNs + static_cast<int64_t>(1e9 / run.rate);
   int n_frames = 1;
   bool over = false;
@@ -225,17 +244,20 @@ inline GivenResult run_given(const GivenWorld& world, const GivenClientRun& run,
     const int64_t t_ns = kStartNs + n * kMs;
     for (; next_ns <= t_ns; ++n_frames) {
       for (Waiting& w : waiting) w.arrives_ns = std::min(w.arrives_ns, next_ns);
-      waiting.push_back({INT64_MAX, client.frame(servo, next_ns)});
+      waiting.push_back({INT64_MAX, client.frame(servo, next_ns), servo});
       const double later = (n_frames + 1 + run.jitter * uniform(random)) / run.rate;
       next_ns = std::max(next_ns, kStartNs + static_cast<int64_t>(1e9 * later));
     }
     const bool fresh = !waiting.empty() && waiting.front().arrives_ns <= t_ns;
     if (fresh) {
       see_client(model.given, state.given, 0, 1, waiting.front().frame, t_ns);
+      shown = waiting.front().frame;
+      at_frame = waiting.front().at;
       waiting.pop_front();
     }
     if (n > 1) see_hand(model.given, state.given, 0, servo);
     scene = sim_step(model, state, {&servo}, t_ns);
+    if (!run.has_model && !shown.moves.empty()) place_by(shown.moves[0], at_frame, scene);
     if (n == n_lead) {
       hand = hand_at_start(motion);
       begin = hand.energy();
@@ -247,6 +269,7 @@ inline GivenResult run_given(const GivenWorld& world, const GivenClientRun& run,
     const Pose X_WO = object_pose_at(scene, 0, t_ns, push_of(servo));
     const Twist V_WO = object_twist_at(scene, 0, t_ns, push_of(servo));
     const double share = 1 - scene.objects[0].reduction;
+    if (n >= n_lead) out.is_said |= (scene.givers[0].flags & kGiverSoftened) != 0;
     if (n >= n_lead) out.least_share = std::min(out.least_share, share);
     const double force = over ? 0 : share * coupling_force(hand, X_WO.p.z, V_WO.v.z);
     if (!std::isfinite(force) || force > 1000) {
@@ -256,6 +279,8 @@ inline GivenResult run_given(const GivenWorld& world, const GivenClientRun& run,
     }
     pushed.impulse_W.f.z += kTick * force;
     servo.X_WT.p.z = hand.x;
+    servo.depth = std::max(0.0, hand.x - X_WO.p.z);
+    servo.translational_stiffness = kStiffness;
     servo.V_WT.v.z = hand.v;
     if (n < n_lead) continue;
     if (fresh) out.step = std::max(out.step, std::fabs(force - before));
@@ -270,8 +295,8 @@ inline GivenResult run_given(const GivenWorld& world, const GivenClientRun& run,
     if (motion == Motion::kTap && over) break;
   }
   out.back = hand.energy() / begin / truth.back;
-  const size_t last = std::min<size_t>(forces.size(), 1000), both =
-      std::min(forces.size(), truth.forces.size());
+  const size_t last = std::min<size_t>(forces.size(), 1000),
+               both = std::min(forces.size(), truth.forces.size());
   double sum = 0, squares = 0, errors = 0;
   for (size_t i = forces.size() - last; i < forces.size(); ++i) {
     sum += forces[i];

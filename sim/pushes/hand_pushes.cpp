@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "sim/hand_pushes.h"
+#include "sim/pushes/hand_pushes.h"
 
 #include <algorithm>
 

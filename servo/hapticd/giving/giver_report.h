@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "proto/config/client_config.h"
-#include "servo/hapticd/give_server.h"
+#include "servo/hapticd/giving/give_server.h"
 
 namespace haptic {
 

@@ -25,9 +25,9 @@ struct GiverSeat {
 };
 
 /// hapticd's end of the socket for clients that give (give_message.h). It has no thread and never
-/// blocks. Only the owner of the session, root and the user of a [[client]] may give under its name.
-/// A client has a second for each step of coming; a name takes a new segment once a second, so that
-/// nobody keeps the others busy with mapping.
+/// blocks. Only the owner of the session, root and the user of a [[client]] may give under its
+/// name. A client has a second for each step of coming; a name takes a new segment once a second,
+/// so that nobody keeps the others busy with mapping.
 class GiveServer {
  public:
   /// Listens beside the session's socket, whose lock must be held. Throws HandoutError.

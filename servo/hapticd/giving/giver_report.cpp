@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "servo/hapticd/giver_report.h"
+#include "servo/hapticd/giving/giver_report.h"
 
 #include <spdlog/fmt/fmt.h>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "sim/given/push_history.h"
+#include "sim/pushes/push_history.h"
 
 #include <algorithm>
 
 namespace haptic {
 namespace {
 
-bool is_finite(const ServoFrame& frame) {
+bool has_finite_counters(const ServoFrame& frame) {
   return std::ranges::all_of(frame.pushes, [](const ObjectPush& push) {
     return haptic::is_finite(push.impulse_W) && haptic::is_finite(push.impulse_time_W);
   });
@@ -21,7 +21,7 @@ PushHistory::PushHistory(size_t n_objects, size_t first_response)
       pushes_(kMost * n_objects) {}
 
 void PushHistory::add(const ServoFrame& frame) {
-  if (n_objects_ == 0 || frame.t_ns == 0 || !is_finite(frame)) return;
+  if (n_objects_ == 0 || frame.t_ns == 0 || !has_finite_counters(frame)) return;
   const bool goes_on = size_ > 0 && frame.impulses_since_ns == since_ns_ &&
                        frame.tick > frames_[(end_ - 1) % kMost].tick;
   if (!goes_on) size_ = 0;
