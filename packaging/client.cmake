@@ -23,6 +23,10 @@ configure_file(packaging/hapticd-client.pc.in ${generated}/hapticd-client.pc @ON
 install(FILES ${generated}/hapticd-client.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig ${client})
 
 install(FILES clients/examples/01_watch.cpp clients/examples/02_draw.cpp
-  clients/examples/03_own_device.cpp clients/examples/stand_in_sdk.cpp clients/examples/stand_in_sdk.h
+  clients/examples/03_own_device.cpp clients/examples/04_give.cpp clients/examples/own_device_line.h
+  clients/examples/stand_in_sdk.cpp clients/examples/stand_in_sdk.h
   packaging/example/CMakeLists.txt
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libhaptic-client-dev/examples ${client})
+install(DIRECTORY clients/examples/devices
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libhaptic-client-dev/examples ${client}
+  FILES_MATCHING PATTERN *.h PATTERN *.cpp)

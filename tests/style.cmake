@@ -6,7 +6,7 @@
 cmake_minimum_required(VERSION 3.25)
 
 # what others may link is Apache-2.0, the programs are GPL-3.0-or-later
-set(apache_files "^(proto/|clients/(examples|library|log)/)")
+set(apache_files "^(proto/|clients/(c|examples|library|log|python)/)")
 
 # of what clang-format does not wrap
 string(REPEAT "." 111 too_long)

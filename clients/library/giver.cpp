@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "clients/library/giver.h"
 
+#include <sys/socket.h>
+
 #include <algorithm>
 
 #include "proto/os/message.h"
@@ -50,6 +52,11 @@ Giver::Giver(Client& client, const std::string& session, const std::string& name
   segment_.set_state(SegmentState::kRun);
 }
 
+Giver::~Giver() {
+  // a process that has forked has copies of the socket
+  shutdown(seat_.socket.get(), SHUT_RDWR);
+}
+
 uint32_t Giver::object(std::string_view name) const {
   std::vector<std::string_view> known;
   for (const GivePlace::Object& object : seat_.place.moves) {
@@ -89,6 +96,7 @@ GivenPush Giver::pushed(uint32_t object) {
       lack_W = lack_W + now.impulse_time_W + -before.impulse_time_W + -span * before.impulse_W +
                -0.5 * span * given_W;
     }
+    used.ticks[h] = frame.tick;
     used.since_ns[h] = frame.impulses_since_ns;
     used.pushes[h] = now;
   }
@@ -101,13 +109,15 @@ GivenPush Giver::pushed(uint32_t object) {
 }
 
 void Giver::move(GivenMotion motion) {
-  if (instant_ns_ == 0) look();
+  Used& used = used_.at(motion.object);
+  if (used.t_ns == 0) pushed(motion.object);
+  motion.ticks = used.ticks;
+  motion.t_ns = used.t_ns;
   // sim takes what answers a push only with the tick whose pushes it has
-  if (std::ranges::none_of(hands_, &Hand::any)) return;
-  for (size_t h = 0; h < hands_.size(); ++h) {
-    motion.ticks[h] = hands_[h].any ? hands_[h].frame.tick : 0;
+  if (std::ranges::none_of(motion.ticks, [](uint64_t tick) { return tick != 0; })) {
+    used.t_ns = 0;
+    return;
   }
-  motion.t_ns = instant_ns_;
   const auto same = std::ranges::find(frame_.moves, motion.object, &GivenMotion::object);
   if (same != frame_.moves.end()) {
     *same = motion;

@@ -52,6 +52,10 @@ class Giver {
   /// remedy, SegmentError.
   Giver(Client& client, const std::string& session, const std::string& name);
 
+  /// Gives its place up: what it moves fades.
+  ~Giver();
+  Giver(const Giver&) = delete;
+
   /// Number in the scene of an object that this client may move. Throws HandoutError.
   uint32_t object(std::string_view name) const;
   const std::vector<GivePlace::Object>& objects() const { return seat_.place.moves; }
@@ -59,11 +63,12 @@ class Giver {
   /// What has been pushed since the last call for this object, until instant_ns(). The first call
   /// begins to count.
   GivenPush pushed(uint32_t object);
-  /// The instant until which pushed() was last told, CLOCK_MONOTONIC: that of the newest servo
+  /// The instant until which the last pushed() was told, CLOCK_MONOTONIC: that of the newest servo
   /// frame; now, where there is none.
   int64_t instant_ns() const { return instant_ns_; }
 
-  /// Says how an object moves at instant_ns(); its ticks and its instant are filled in.
+  /// Says how an object moves at the instant until which pushed() was told of it, which is filled in
+  /// with its ticks; of an object that was never asked about, now.
   void move(GivenMotion motion);
   /// Publishes what has been said since the last time.
   void publish();
@@ -77,6 +82,7 @@ class Giver {
   /// How far an object's counters are used.
   struct Used {
     int64_t t_ns = 0;
+    std::array<uint64_t, kMostHands> ticks{};
     std::array<int64_t, kMostHands> since_ns{};
     std::array<ObjectPush, kMostHands> pushes{};  // at t_ns
   };

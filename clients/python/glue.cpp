@@ -50,7 +50,7 @@ struct LeftByChild {
   }
 };
 
-/// What is in use of the lists of some records.
+/// The lists of some records, as far as they are in use.
 class Lists {
  public:
   explicit Lists(std::span<const RecordPart> parts) : parts_(parts.begin(), parts.end()) {}

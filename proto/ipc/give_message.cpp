@@ -30,7 +30,9 @@
 namespace haptic {
 namespace {
 
-constexpr int kPatienceMs = 5000;  // of a client for an answer [ms]
+constexpr int kPatienceMs = 5000;              // of a client for an answer [ms]
+constexpr int64_t kRetryNs = 250'000'000;       // where its name was used just now [ns]
+constexpr int kMostAttempts = 5;               // together more than the second that hapticd asks for
 constexpr std::string_view kPlace = "place ", kTaken = "ok";
 
 /// The text up to the next of these, which is removed with it.
@@ -49,6 +51,26 @@ std::string heard(int socket) {
     if (size > 0) return text.substr(0, static_cast<size_t>(size));
   }
   throw HandoutError("the session does not answer a client that wants to give; see its log");
+}
+
+/// A connection that has said the name.
+FileDescriptor connected_to(const std::string& path, const std::string& name) {
+  FileDescriptor socket = unix_socket();
+  if (!connect_to(socket, path, kPatienceMs * int64_t{1'000'000})) {
+    if (errno == ENOENT) {
+      throw HandoutError("this session takes nothing of clients; add [[client]] with name = \"" +
+                         shown(name) + "\" and may = [\"move OBJECT\"] to its file");
+    }
+    if (errno == EACCES) {
+      throw HandoutError(
+          "you may not give to this session; name yourself as user in its [[client]]");
+    }
+    throw_errno("cannot give to the session at " + path);
+  }
+  if (send(socket.get(), name.data(), name.size(), MSG_NOSIGNAL) < 0) {
+    throw_errno("cannot give to the session at " + path);
+  }
+  return socket;
 }
 
 [[noreturn]] void refuse(SegmentFault fault, const std::string& what) {
@@ -122,23 +144,16 @@ void check_given_segment(int fd, uint32_t client, uint64_t generation) {
 GiveSeat ask_to_give(const std::string& session, const std::string& name) {
   namespace fs = std::filesystem;
   const std::string path = fs::path(find_session(session)).replace_extension(kGiveSuffix).string();
-  GiveSeat seat{unix_socket(), {}};
-  if (!connect_to(seat.socket, path, kPatienceMs * int64_t{1'000'000})) {
-    if (errno == ENOENT) {
-      throw HandoutError("this session takes nothing of clients; add [[client]] with name = \"" +
-                         shown(name) + "\" and may = [\"move OBJECT\"] to its file");
+  for (int attempt = 0;; ++attempt) {
+    GiveSeat seat{connected_to(path, name), {}};
+    const std::string answer = heard(seat.socket.get());
+    if (answer.starts_with(kTooSoon) && attempt < kMostAttempts) {
+      sleep_until(now_ns() + kRetryNs);
+      continue;
     }
-    if (errno == EACCES) {
-      throw HandoutError(
-          "you may not give to this session; name yourself as user in its [[client]]");
-    }
-    throw_errno("cannot give to the session at " + path);
+    seat.place = read_place(answer);
+    return seat;
   }
-  if (send(seat.socket.get(), name.data(), name.size(), MSG_NOSIGNAL) < 0) {
-    throw_errno("cannot give to the session at " + path);
-  }
-  seat.place = read_place(heard(seat.socket.get()));
-  return seat;
 }
 
 void offer_to_give(const GiveSeat& seat, int fd) {

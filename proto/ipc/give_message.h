@@ -18,6 +18,8 @@
 namespace haptic {
 
 inline constexpr const char* kGiveSuffix = ".give";
+/// Begins the answer to a name that has had a segment within the last second.
+inline constexpr std::string_view kTooSoon = "too soon: ";
 inline constexpr size_t kLongestGiveLine = 4096;  // 16 objects with their names, and room [bytes]
 
 /// What hapticd answers to a name.
@@ -47,6 +49,7 @@ struct GiveSeat {
 };
 /// Connects and asks for a place; an empty session is the only one. Throws HandoutError with a
 /// remedy: no such session, no such [[client]], another one gives under that name, not allowed.
+/// Waits a second where the name has just been used.
 GiveSeat ask_to_give(const std::string& session, const std::string& name);
 /// Offers the segment, and waits until it is taken. Throws HandoutError.
 void offer_to_give(const GiveSeat& seat, int fd);

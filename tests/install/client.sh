@@ -26,7 +26,7 @@ case $how in
     export PKG_CONFIG_PATH=${file%/*}
     mkdir "$work/build"
     # shellcheck disable=SC2046  # several words
-    for name in 01_watch 02_draw; do
+    for name in 01_watch 02_draw 04_give; do
       "$compiler" -std=c++20 -o "$work/build/$name" "$example/$name.cpp" \
         $(pkg-config --cflags --libs hapticd-client)
     done

@@ -90,6 +90,7 @@ class GiverRefusal(IntEnum):
     TOO_LIGHT = 6
     TOO_STIFF = 7
     TOO_FAST = 8
+    TOO_STRONG = 9
 
 
 class GiverFlag(IntFlag):

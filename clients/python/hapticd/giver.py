@@ -31,7 +31,7 @@ class GivenObject:
 
 
 class Push:
-    """What the hands have pushed an object with between two instants: the wrench that is linear in
+    """The push of the hands on an object between two instants, as the wrench that is linear in
     time and has the same impulse, and the same integral of the impulse. About the object's origin,
     with the axes of W; force first, then torque."""
 
@@ -172,7 +172,7 @@ class Giver:
         return GivenObject(name, self._open().object(name))
 
     def pushed(self, obj: Union[GivenObject, str]) -> Push:
-        """What has been pushed since the last call for this object; the first begins to count."""
+        """The push since the last call for this object; the first call begins to count."""
         return Push(*self._open().pushed(self._of(obj).index))
 
     def move(
@@ -192,7 +192,7 @@ class Giver:
         damping: npt.ArrayLike = 0.0,
         power: float = 0.0,
     ) -> None:
-        """Says how an object moves at the instant until which ``pushed`` was last told, and how it
+        """Says how an object moves at the instant of the last ``pushed``, and how it
         answers a push until the next frame: Ẍ = a + M⁻¹ [F − D (V − V_WO) − K (X − X_WO)].
 
         All in W, about the object's origin; a twist is moving first, then turning.
@@ -224,17 +224,21 @@ class Giver:
         motion["mobility"] = _mobility(mass, mobility).ravel()
         motion["stiffness"] = _matrix("stiffness", stiffness, "N/m").ravel()
         motion["damping"] = _matrix("damping", damping, "N·s/m").ravel()
-        if "power" in (motion.dtype.names or ()):
-            motion["power"] = _power(power)
+        motion["power"] = _power(power)
         self._open().move(np.frombuffer(motion.tobytes(), np.uint8))
 
-    def publish(self) -> None:
-        """Publishes what has been said by ``move`` since the last time."""
+    def publish(self) -> bool:
+        """Publishes what has been said by ``move`` since the last time.
+
+        False: the session was told to end, and nobody listens. Raises Error where hapticd was
+        killed or has refused this client.
+        """
         giving = self._open()
         gone = giving.gone()
-        if gone:
+        if gone and gone != "ended":
             raise _hapticd.Error(_words_of(gone))
         giving.publish()
+        return not gone
 
     @property
     def is_connected(self) -> bool:
@@ -265,10 +269,7 @@ class Giver:
 
 
 def _words_of(gone: str) -> str:
-    return {
-        "ended": "the session has ended",
-        "lost": "hapticd is gone; once it is back call give() again",
-    }.get(gone, gone)
+    return "hapticd is gone; once it is back call give() again" if gone == "lost" else gone
 
 
 def _orientation(quaternion: Optional[npt.ArrayLike], rotation: Optional[npt.ArrayLike]) -> Vector:

@@ -28,8 +28,8 @@ class Missed(UserWarning):
 class Frames(WithLists):
     """A ring of a session. It is read in order by ``next`` or at its end by ``latest``.
 
-    What is read is copied: the ring overwrites itself. Several threads may use one; while one
-    waits or copies, the others run.
+    Records are copied, for the ring overwrites itself. While a thread waits or copies, the others
+    run; the lists are those of the last read, so that threads had better have frames of their own.
     """
 
     def __init__(self, session: str, ring: str, hand: int, record: str) -> None:
@@ -264,7 +264,7 @@ class Session:
         return self.say("stop")
 
     def status(self) -> Dict[str, Any]:
-        """What the session and its processes are doing, as ``hapt status --json`` prints it."""
+        """The state of the session and its processes, as ``hapt status --json`` prints it."""
         state: Dict[str, Any] = json.loads(self.say("status"))
         return state
 

@@ -107,7 +107,7 @@ std::string GiveServer::refusal_of(const Peer& peer, std::optional<uint32_t> cli
            "; end it first";
   }
   if (told_ns_[*client] != 0 && t_ns - told_ns_[*client] < kRestNs) {
-    return "'" + shown(name) + "' comes again too soon; wait a second";
+    return std::string(kTooSoon) + "'" + shown(name) + "' has just given; wait a second";
   }
   return "";
 }

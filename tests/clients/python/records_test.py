@@ -9,7 +9,6 @@ import unittest
 from pathlib import Path
 
 import hapticd
-import numpy as np
 from hapticd import _records
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -62,7 +61,7 @@ class Records(unittest.TestCase):
             kind = getattr(hapticd, name, None)
             if kind is None:
                 continue
-            values = re.findall(r"k\w+ = (\d+)(?:u << (\d+))?", body)
+            values = re.findall(r"k\w+ =\s+(\d+)(?:u << (\d+))?", body)
             ours = [int(one) << int(shift or 0) for one, shift in values]
             self.assertEqual([int(one) for one in kind.__members__.values()], ours, name)
             looked_at += 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sessions that run: what is read, changed and given."""
+"""Sessions that run: they are read, changed and given to."""
 
 import gc
 import os
@@ -21,6 +21,20 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[3]
 CONFIGS = ROOT / "configs"
 GIVE = tomllib.loads((CONFIGS / "give.toml").read_text())
+
+
+def give_three():
+    """The ball, and two more with clients of their own: a place is kept for a second after its
+    client has left."""
+    names = ["ball", "second", "third"]
+    return {
+        **GIVE,
+        "object": [
+            {**GIVE["object"][0], "name": name, "position": [f"{200 * i} mm", "0 m", "0 m"]}
+            for i, name in enumerate(names)
+        ],
+        "client": [{**GIVE["client"][0], "name": name, "may": [f"move {name}"]} for name in names],
+    }
 
 
 class Sessions(unittest.TestCase):
@@ -138,7 +152,7 @@ class Sessions(unittest.TestCase):
 
     def test_ctrl_c_ends_a_wait(self):
         frames = self.session.servo(1)  # a hand that is not there
-        threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        threading.Timer(0.1, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
         begin = time.monotonic()
         with self.assertRaises(KeyboardInterrupt):
             frames.wait()
@@ -147,7 +161,7 @@ class Sessions(unittest.TestCase):
     def test_a_recording_of_a_session(self):
         path = os.path.join(self.folder, "a.mcap")
         hapt = Path(os.environ["HAPTICD_BIN"]).with_name("hapt")
-        subprocess.run([hapt, "record", "-o", path, "--for", "0.3s", "--session", self.session.name],
+        subprocess.run([hapt, "record", "-o", path, "--for", "0.25s", "--session", self.session.name],
                        check=True, capture_output=True)  # fmt: skip
         log = hapticd.open_log(path)
         self.assertEqual(tomllib.loads(log.session_file), GIVE)
@@ -160,7 +174,7 @@ class Giving(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp(prefix="py")
         os.environ["HAPTICD_RUNTIME_DIR"] = cls.folder
-        cls.session = hapticd.run(CONFIGS / "give.toml")
+        cls.session = hapticd.run(give_three())
 
     @classmethod
     def tearDownClass(cls):
@@ -190,9 +204,9 @@ class Giving(unittest.TestCase):
                 g.publish()
                 far = max(far, float(np.linalg.norm(p)))
                 pushed += float(np.linalg.norm(push.impulse[:3]))
-                if period.index == 100:
+                if period.index == 80:
                     seen = float(np.linalg.norm(self.place() - p))
-                if period.index >= 130:
+                if period.index >= 100:
                     break
             self.assertEqual(self.session.status()["giving"][0]["refused"], 0)
             self.assertGreater(far, 2e-3)
@@ -203,8 +217,8 @@ class Giving(unittest.TestCase):
             g.publish()
 
     def test_arguments_are_checked(self):
-        with self.session.give("ball") as g:
-            g.pushed("ball")
+        with self.session.give("second") as g:
+            g.pushed("second")
             for more, words in (
                 ({"position": (0, 0)}, r"^position: shape \(2,\), wanted \(3,\) \[m\]$"),
                 ({"position": "x"}, "^position: no numbers"),
@@ -219,10 +233,10 @@ class Giving(unittest.TestCase):
                 ({"damping": np.triu(np.ones((3, 3)))}, "^damping: not symmetric"),
             ):
                 with self.assertRaisesRegex(ValueError, words) as caught:
-                    g.move("ball", **{"position": (0, 0, 0), **more})
+                    g.move("second", **{"position": (0, 0, 0), **more})
                 self.assertNotIn("\n", str(caught.exception))
-            with self.assertRaisesRegex(hapticd.Error, "did you mean 'ball'"):
-                g.object("bal")
+            with self.assertRaisesRegex(hapticd.Error, "did you mean 'second'"):
+                g.object("secnd")
 
     def test_rotations_become_quaternions(self):
         rng = np.random.default_rng(1)
@@ -241,12 +255,12 @@ class Giving(unittest.TestCase):
     def test_a_child_by_fork_is_refused_and_holds_no_place(self):
         frames = self.session.servo()
         frames.wait(1)
-        with self.session.give("ball") as g:
-            g.pushed("ball")
+        with self.session.give("third") as g:
+            g.pushed("third")
             said, say = os.pipe()
             child = os.fork()
             if child == 0:
-                for call in (frames.latest, lambda: frames.wait(1), lambda: g.pushed("ball")):
+                for call in (frames.latest, lambda: frames.wait(1), lambda: g.pushed("third")):
                     try:
                         call()
                     except hapticd.Error as error:
@@ -261,9 +275,9 @@ class Giving(unittest.TestCase):
             while not text.endswith(b"end\n"):
                 text += os.read(said, 1000)
             self.assertEqual(text.count(b"does not survive fork()"), 3, text)
-            self.assertEqual(self.session.status()["giving"][0]["pid"], os.getpid())
+            self.assertEqual(self.session.status()["giving"][2]["pid"], os.getpid())
         time.sleep(0.1)
-        self.assertEqual(self.session.status()["giving"][0]["pid"], -1)
+        self.assertEqual(self.session.status()["giving"][2]["pid"], -1)
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
         self.assertTrue(frames.wait(1))
@@ -328,6 +342,31 @@ class Restarts(unittest.TestCase):
                     break
                 time.sleep(0.05)
             self.assertFalse([name for name in os.listdir(folder) if name.endswith(".sock")])
+
+
+class Examples(unittest.TestCase):
+    def test_the_arm_is_pushed_and_swings(self):
+        with tempfile.TemporaryDirectory(prefix="py") as folder:
+            os.environ["HAPTICD_RUNTIME_DIR"] = folder
+            with hapticd.run(CONFIGS / "robot.toml") as s:
+                examples = [
+                    subprocess.Popen([sys.executable, ROOT / "clients/python/examples" / name],
+                                     stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+                    for name in ("01_watch.py", "04_your_robot.py")
+                ]  # fmt: skip
+                scene, far = s.sim(), 0.0
+                begin = time.monotonic()
+                while time.monotonic() < begin + (0.7 if far > 2e-3 else 5):
+                    scene.wait(1)
+                    scene.latest()
+                    far = max(far, float(np.linalg.norm(scene.objects()["X_WO"]["p"][0])))
+                self.assertEqual(s.status()["giving"][0]["refused"], 0)
+            # the session has ended, so they end
+            for example, words in zip(examples, ("tool ", "joints ")):
+                said, error = example.communicate(timeout=5)
+                self.assertEqual((example.returncode, error), (0, ""))
+                self.assertIn(words, said)
+            self.assertGreater(far, 2e-3)
 
 
 if __name__ == "__main__":

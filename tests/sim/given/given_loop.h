@@ -209,6 +209,22 @@ inline void place_by(const GivenMotion& said, const ServoFrame& used, SceneFrame
   scene.seen[0] = {J, S, {}, used.t_ns};
 }
 
+/// Cycle and error of a run.
+inline void measure(const std::vector<double>& forces, const std::vector<double>& truth,
+                    GivenResult& out) {
+  const size_t last = std::min<size_t>(forces.size(), 1000),
+               both = std::min(forces.size(), truth.size());
+  double sum = 0, squares = 0, errors = 0;
+  for (size_t i = forces.size() - last; i < forces.size(); ++i) {
+    sum += forces[i];
+    squares += forces[i] * forces[i];
+  }
+  for (size_t i = 0; i < both; ++i) errors += std::pow(forces[i] - truth[i], 2);
+  const double mean = sum / static_cast<double>(last);
+  out.cycle = std::sqrt(std::max(0.0, squares / static_cast<double>(last) - mean * mean));
+  out.rms = std::sqrt(errors / static_cast<double>(both));
+}
+
 /// The whole loop: servo's spring and counters, sim, the client.
 inline GivenResult run_given(const GivenWorld& world, const GivenClientRun& run, Motion motion,
                              const JudgedRun& truth) {
@@ -295,17 +311,7 @@ inline GivenResult run_given(const GivenWorld& world, const GivenClientRun& run,
     if (motion == Motion::kTap && over) break;
   }
   out.back = hand.energy() / begin / truth.back;
-  const size_t last = std::min<size_t>(forces.size(), 1000),
-               both = std::min(forces.size(), truth.forces.size());
-  double sum = 0, squares = 0, errors = 0;
-  for (size_t i = forces.size() - last; i < forces.size(); ++i) {
-    sum += forces[i];
-    squares += forces[i] * forces[i];
-  }
-  for (size_t i = 0; i < both; ++i) errors += std::pow(forces[i] - truth.forces[i], 2);
-  const double mean = sum / static_cast<double>(last);
-  out.cycle = std::sqrt(std::max(0.0, squares / static_cast<double>(last) - mean * mean));
-  out.rms = std::sqrt(errors / static_cast<double>(both));
+  measure(forces, truth.forces, out);
   return out;
 }
 
