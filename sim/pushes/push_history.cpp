@@ -22,8 +22,10 @@ PushHistory::PushHistory(size_t n_objects, size_t first_response)
 
 void PushHistory::add(const ServoFrame& frame) {
   if (n_objects_ == 0 || frame.t_ns == 0 || !has_finite_counters(frame)) return;
-  const bool goes_on = size_ > 0 && frame.impulses_since_ns == since_ns_ &&
-                       frame.tick > frames_[(end_ - 1) % kMost].tick;
+  const bool is_same_servo = size_ > 0 && frame.impulses_since_ns == since_ns_;
+  const uint64_t last = size_ > 0 ? frames_[(end_ - 1) % kMost].tick : 0;
+  if (is_same_servo && frame.tick == last) return;
+  const bool goes_on = is_same_servo && frame.tick > last;
   if (!goes_on) size_ = 0;
   since_ns_ = frame.impulses_since_ns;
   frames_[end_ % kMost] = {frame.tick, frame.t_ns};

@@ -51,7 +51,7 @@ class PacedSim {
   }
 
   const SimModel& model_;
-  SimState state_;
+  SimState state_{model_};
   SceneFrame scene_{};
   int64_t stalled_ns_, next_ns_ = 0;
   double left_out_ = 0;

@@ -133,7 +133,7 @@ class OneThreadSession {
   ContactModel contact_model_;
   ContactState contact_state_;
   SimModel sim_model_;
-  SimState sim_state_{};
+  SimState sim_state_{sim_model_};
   SceneFrame scene_{};
   ControlFrame control_;
   uint64_t revision_ = 1;

@@ -54,6 +54,7 @@ Lockstep::Lockstep(const SessionConfig& config, const ContactShapes& shapes, Dev
       contact_model_(build_contact_model(config, shapes)),
       contact_state_(std::make_unique<ContactState>(contact_model_)),
       sim_model_(build_sim(config, shapes.objects, shapes.collision_pieces)),
+      sim_state_(sim_model_),
       control_(initial_control(config)) {
   contact_model_.prediction = options.contact_latency / config.servo_rate;
   scene_ = std::make_unique<SceneFrame>(sim_step(sim_model_, sim_state_, kStartNs));
@@ -63,6 +64,7 @@ Lockstep::Lockstep(const SessionConfig& config, const ContactShapes& shapes, Dev
 void Lockstep::move_scene(int64_t t_ns) {
   // its hand's frame is that of the tick before
   const HandFrames hands{tick_ > 0 ? &frame_ : nullptr};
+  if (tick_ > 0) see_hand(sim_model_.given, sim_state_.given, kFirstHand, frame_);
   auto scene = std::make_unique<SceneFrame>(sim_step(sim_model_, sim_state_, hands, t_ns));
   if (options_.without_counters) {
     for (ObjectResponse& response : scene->responses) response.mobility = {};
@@ -99,9 +101,14 @@ void Lockstep::answer(const ServoFrame& question, uint64_t visible_at) {
   pending_.push_back({visible_at, std::move(set)});
 }
 
+void Lockstep::give(uint32_t client, const GivenFrame& given) {
+  see_client(sim_model_.given, sim_state_.given, client, 1, given,
+             grid_time(config_.servo_rate, tick_));
+}
+
 void Lockstep::restart_sim(uint64_t mapped_after) {
   const SceneFrame& last = scenes_.empty() ? *scene_ : *scenes_.back().scene;
-  sim_state_ = {};
+  sim_state_ = SimState(sim_model_);
   resume(sim_model_, sim_state_, last);
   has_sim_ = true;
   scene_mapped_at_ = tick_ + mapped_after;

@@ -42,6 +42,9 @@ class Lockstep {
   /// The servo begins anew, as after a restart.
   void restart_servo() { servo_state_ = {}; }
 
+  /// A frame of a client, which the next step of sim takes or refuses.
+  void give(uint32_t client, const GivenFrame& given);
+
   /// One tick. False once the device's recording has ended; that tick produces no frame.
   bool step();
   /// The servo misses a tick: the device holds its force, hand and sim go on.

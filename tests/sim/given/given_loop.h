@@ -123,14 +123,17 @@ struct GivenClientRun {
 /// The client: integrates with what was pushed, as a force linear in time with the same J and S.
 class GivenClientBody {
  public:
-  GivenClientBody(const GivenWorld& world, const GivenClientRun& run) : world_(world), run_(run) {}
+  /// It moves along an axis of W, about a place.
+  GivenClientBody(const GivenWorld& world, const GivenClientRun& run, int axis = 2,
+                  const Vec3& place_W = {})
+      : world_(world), run_(run), axis_(axis), place_W_(place_W) {}
 
   /// Makes the frame of an instant from the counters of this servo frame.
   GivenFrame frame(const ServoFrame& servo, int64_t t_ns) {
     const double span = seconds_of(t_ns - used_ns_);
     const ObjectPush push = servo.pushes.empty() ? ObjectPush{} : servo.pushes[0];
-    const double J = push.impulse_W.f.z;
-    const double S = push.impulse_time_W.f.z + J * seconds_of(t_ns - servo.t_ns);
+    const double J = push.impulse_W.f[axis_];
+    const double S = push.impulse_time_W.f[axis_] + J * seconds_of(t_ns - servo.t_ns);
     if (used_ns_ != 0 && span > 0) {
       const double dJ = J - J_, lack = S - S_ - J_ * span - 0.5 * dJ * span;
       const double slope = run_.uses_integral ? -12 * lack / (span * span * span) : 0;
@@ -155,9 +158,10 @@ class GivenClientBody {
     GivenMotion motion{};
     motion.ticks[0] = tick;
     motion.t_ns = t_ns;
-    motion.X_WO.p.z = body.x;
-    motion.V_WO.v.z = body.v;
-    motion.acceleration_W.v.z = body.own(world_) / world_.mass;
+    motion.X_WO.p = place_W_;
+    motion.X_WO.p[axis_] += body.x;
+    motion.V_WO.v[axis_] = body.v;
+    motion.acceleration_W.v[axis_] = body.own(world_) / world_.mass;
     for (size_t i = 0; i < 3; ++i) {
       motion.mobility[7 * i] = 1 / (world_.mass * run_.mass_said);
       motion.stiffness[7 * i] = world_.stiffness * run_.stiffness_said;
@@ -169,6 +173,8 @@ class GivenClientBody {
 
   GivenWorld world_;
   GivenClientRun run_;
+  int axis_;
+  Vec3 place_W_;
   int64_t used_ns_ = 0;
   double J_ = 0, S_ = 0;
   uint64_t seq_ = 0;
