@@ -125,6 +125,36 @@ TEST_CASE("given object: through all of hapticd it is felt as one integrated at 
   CHECK(force.back() == Approx(kSpring * (hand.x - kFace - body.x)).margin(0.1));
 }
 
+TEST_CASE("given object: what the hand gives is what its client's body has, whoever is killed") {
+  const GivenWorld world{.mass = 0.05, .stiffness = 0, .damping = 0};
+  HandModel hand;
+  hand.x = -0.02;
+  hand.intent = [](double t) { return rise(-0.02, 0.06, 0.5)(t - 0.4); };
+  const int kill = GENERATE(0, 5, 60);  // ticks without sim, in mid-push
+  const bool kills_contact = GENERATE(false, true);
+  CAPTURE(kill, kills_contact);
+  Pushed pushed(given_box(800), hand);
+  Lockstep& lockstep = pushed.lockstep;
+  GivenClientBody client(world, {}, 0, kPlace);
+  double given = 0;
+  int64_t t_ns = kBeginNs;
+  for (int n = 0; n < 1500; ++n, t_ns += kMs) {
+    if (n == 700 && kill > 0) lockstep.stop_sim();
+    if (n == 700 + kill && kill > 0) lockstep.restart_sim();
+    if (n == 720 && kills_contact) lockstep.restart_contact();
+    if (n > 0 && n % 10 == 0) lockstep.give(0, client.frame(lockstep.frame(), t_ns));
+    REQUIRE(lockstep.step());
+    given -= 1e-3 * lockstep.frame().F_coupling_W.f.x;
+  }
+  client.frame(lockstep.frame(), t_ns);
+  const double has = world.mass * client.body.v;
+  const double forgotten = lockstep.frame().forgotten_impulse_W.x;
+  CAPTURE(given, has, forgotten);
+  REQUIRE(given > 1e-3);
+  CHECK(std::fabs(given - has - forgotten) <= 1e-9 * given);
+  if (kill == 0) CHECK(forgotten == 0);
+}
+
 TEST_CASE("given object: who lies with valid numbers gives the hand no more than max_power") {
   // 10⁴ ticks of each in a normal run; HAPTIC_TORTURE_SCALE=100 gives 10⁶
   const int n_ticks = static_cast<int>(10'000 * torture_scale());
