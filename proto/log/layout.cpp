@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "proto/os/text.h"
@@ -139,6 +140,8 @@ class Translator {
   void add(const Field& ours) {
     std::string path = lower_case(ours.name);
     if (const Field* theirs = find(path)) return copy(*theirs, ours);
+    // of a list that the file lacks each value is zero, as its first was
+    if (zero_.contains(with_indices(path, ""))) return;
     if (const std::string then = path_then(schema_, path); !then.empty()) {
       path = then;
       if (const Field* theirs = find(path)) return copy(*theirs, ours);
@@ -186,6 +189,7 @@ class Translator {
     std::memcpy(to, is_real ? static_cast<const void*>(&real) : &whole, size_of(field));
     const std::string value = stated == kOwnIndex ? "its index" : std::to_string(stated);
     note(known->field + " (" + value + ": " + std::string(known->since->why) + ")");
+    if (is_in_part && index_in(field.name)) zero_.insert(with_indices(lower_case(field.name), ""));
   }
 
   bool find_part(std::string_view name) const {
@@ -203,6 +207,7 @@ class Translator {
 
   std::string_view schema_;
   std::unordered_map<std::string, const Field*> by_path_;
+  std::unordered_set<std::string> zero_;  // fields of lists, without their index
   Translation out_;
 };
 

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// C: a client that moves objects.
+#include <cmath>
+#include <span>
+#include <type_traits>
+
+#include "clients/c/calls.h"
+#include "clients/library/giver.h"
+#include "proto/ipc/sessions.h"
+
+using namespace haptic;
+
+struct hapticd_giver : Handle {
+  hapticd_giver(const std::string& session, const std::string& name)
+      : client(session), giver(client, session, name) {
+    client.start();
+  }
+  /// Throws a Failure that says why nobody listens.
+  hapticd_result state() {
+    const bool connected = client.is_connected();
+    return say_gone(connected, client.refusal(), !connected && client.has_ended());
+  }
+  /// Throws BadArgument.
+  void check_moves(uint32_t object) const {
+    const auto is_it = [=](const GivePlace::Object& one) { return one.index == object; };
+    if (std::any_of(giver.objects().begin(), giver.objects().end(), is_it)) return;
+    throw BadArgument("this client may not move the object " + std::to_string(object));
+  }
+
+  Client client;
+  Giver giver;
+};
+
+namespace {
+
+constexpr double kLengthError = 1e-3;  // of a quaternion, which is then made 1
+
+template <typename To, typename From>
+void copy(const From& from, To& to) {
+  static_assert(sizeof to == sizeof from && std::is_trivially_copyable_v<To>);
+  std::memcpy(static_cast<void*>(&to), &from, sizeof to);
+}
+
+void check_numbers(const char* name, std::span<const double> numbers) {
+  if (std::any_of(numbers.begin(), numbers.end(), [](double x) { return !std::isfinite(x); })) {
+    throw BadArgument(std::string(name) + " holds what is no finite number");
+  }
+}
+
+Pose checked_pose(const hapticd_pose& given) {
+  check_numbers("X_WO.p", given.p);
+  check_numbers("X_WO.q", given.q);
+  Pose X_WO;
+  copy(given, X_WO);
+  const double length = std::hypot(std::hypot(given.q[0], given.q[1], given.q[2]), given.q[3]);
+  if (std::abs(length - 1) > kLengthError) {
+    throw BadArgument("X_WO.q has the length " + std::to_string(length) + ", not 1 (x y z w)");
+  }
+  X_WO.q = normalized(X_WO.q);
+  return X_WO;
+}
+
+Twist checked_twist(const char* name, const hapticd_twist& given) {
+  check_numbers(name, given.v);
+  check_numbers(name, given.w);
+  Twist V;
+  copy(given, V);
+  return V;
+}
+
+GivenMotion checked_motion(const hapticd_motion& given) {
+  GivenMotion motion{};
+  motion.object = given.object;
+  motion.X_WO = checked_pose(given.X_WO);
+  motion.V_WO = checked_twist("V_WO", given.V_WO);
+  motion.acceleration_W = checked_twist("acceleration_W", given.acceleration_W);
+  check_numbers("mobility", given.mobility);
+  check_numbers("stiffness", given.stiffness);
+  check_numbers("damping", given.damping);
+  check_numbers("power", {&given.power, 1});
+  copy(given.mobility, motion.mobility);
+  copy(given.stiffness, motion.stiffness);
+  copy(given.damping, motion.damping);
+  motion.power = given.power;
+  return motion;
+}
+
+}  // namespace
+
+hapticd_result hapticd_give(hapticd_session* session, const char* name, hapticd_giver** giver) {
+  if (giver != nullptr) *giver = nullptr;
+  return with(session, [&] {
+    check_given(name, giver);
+    try {
+      *giver = new hapticd_giver(session->name, name);
+    } catch (const HandoutError& error) {
+      find_session(session->name);  // throws: it is not there
+      throw Failure(HAPTICD_REFUSED, error.what());
+    }
+    return HAPTICD_OK;
+  });
+}
+
+void hapticd_giver_close(hapticd_giver* giver) {
+  close_handle(giver);
+}
+
+const char* hapticd_giver_message(const hapticd_giver* giver) {
+  return giver != nullptr ? giver->message.data() : last_message();
+}
+
+hapticd_result hapticd_giver_object(hapticd_giver* giver, const char* name, uint32_t* index) {
+  return with(giver, [&] {
+    check_given(name, index);
+    try {
+      *index = giver->giver.object(name);
+    } catch (const HandoutError& error) {
+      throw BadArgument(error.what());
+    }
+    return HAPTICD_OK;
+  });
+}
+
+hapticd_result hapticd_giver_pushed(hapticd_giver* giver, uint32_t object, hapticd_push* push) {
+  return with(giver, [&] {
+    size_of_given(push);
+    giver->check_moves(object);
+    const GivenPush given = giver->giver.pushed(object);
+    hapticd_push out{};
+    out.t_ns = giver->giver.instant_ns();
+    out.span = given.span;
+    copy(given.mean_W, out.mean);
+    copy(given.slope_W, out.slope);
+    put(out, push);
+    return HAPTICD_OK;
+  });
+}
+
+hapticd_result hapticd_giver_move(hapticd_giver* giver, const hapticd_motion* motion) {
+  return with(giver, [&] {
+    // the first version ends with the power
+    const hapticd_motion given =
+        taken(motion, offsetof(hapticd_motion, power) + sizeof(hapticd_motion::power));
+    giver->check_moves(given.object);
+    giver->giver.move(checked_motion(given));
+    return HAPTICD_OK;
+  });
+}
+
+hapticd_result hapticd_giver_publish(hapticd_giver* giver) {
+  return with(giver, [&] {
+    giver->giver.publish();
+    return giver->state();
+  });
+}
