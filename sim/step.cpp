@@ -18,6 +18,14 @@ int64_t elapsed_ns(const SimState& state, int64_t t_ns) {
   return state.resumed ? std::min(elapsed, kExtrapolationNs) : elapsed;
 }
 
+void note_bodies_pushes(const SimModel& model, SimState& state, double dt) {
+  if (!state.bodies.world) return;
+  for (size_t k = 0; k < model.given.objects.size(); ++k) {
+    const uint32_t object = model.given.objects[k].object;
+    push_by_bodies(state.given, k, state.bodies.world->take_pushed_by_bodies(object), dt);
+  }
+}
+
 }  // namespace
 
 SimModel build_sim(const SessionConfig& config, std::span<const MeshShape> shapes,
@@ -65,7 +73,10 @@ SceneFrame sim_step(const SimModel& model, SimState& state, const HandFrames& ha
     step_given(model.given, state.given, {hands.data(), hands.size()}, frame);
   }
   if (!model.bodies.with_mass.empty()) step_bodies(model.bodies, state.bodies, hands, frame);
-  if (!model.given.objects.empty()) note_given(model.given, state.given, frame);
+  if (!model.given.objects.empty()) {
+    note_bodies_pushes(model, state, 1e-9 * static_cast<double>(elapsed));
+    note_given(model.given, state.given, frame);
+  }
   return frame;
 }
 

@@ -28,7 +28,6 @@ What nobody reads yet waits for what comes:
 | field | comes with |
 |---|---|
 | `Contact::giver`, the flag *given* of a set | clients that push and touch |
-| `SceneFrame::world_pushes` | bodies of sim that push the objects of clients |
 | `GuideRow::guide`, `tangent_O`, `curvature`, `stiffness`, `flags` | guides that lead a hand along paths; the flag *field* of a set with fields that pull |
 | `behind_since_ns` of three processes | the words of a process that has fallen behind |
 | `ContactSet::compliance` | objects that give way |

@@ -108,6 +108,19 @@ GivenPush Giver::pushed(uint32_t object) {
   return out;
 }
 
+Wrench Giver::pushed_by_bodies(uint32_t object) {
+  scenes_.latest(scene_);
+  if (object >= scene_.objects.size()) return {};
+  // those of clients are behind those of bodies
+  const size_t first = scene_.responses.size() - scene_.world_pushes.size();
+  const size_t place = scene_.objects[object].response - first;
+  if (place >= scene_.world_pushes.size()) return {};
+  const Wrench now_W = scene_.world_pushes[place].impulse_W;
+  const Wrench before_W = used_.at(object).by_bodies_W.value_or(now_W);
+  used_.at(object).by_bodies_W = now_W;
+  return now_W + -before_W;
+}
+
 void Giver::move(GivenMotion motion) {
   Used& used = used_.at(motion.object);
   if (used.t_ns == 0) pushed(motion.object);

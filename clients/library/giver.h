@@ -63,6 +63,9 @@ class Giver {
   /// What has been pushed since the last call for this object, until instant_ns(). The first call
   /// begins to count.
   GivenPush pushed(uint32_t object);
+  /// What the bodies of the session have pushed this object with since the last call, about its
+  /// origin in W [N·s, N·m·s]; the first call begins to count.
+  Wrench pushed_by_bodies(uint32_t object);
   /// The instant until which the last pushed() was told, CLOCK_MONOTONIC: that of the newest servo
   /// frame; now, where there is none.
   int64_t instant_ns() const { return instant_ns_; }
@@ -85,6 +88,7 @@ class Giver {
     std::array<uint64_t, kMostHands> ticks{};
     std::array<int64_t, kMostHands> since_ns{};
     std::array<ObjectPush, kMostHands> pushes{};  // at t_ns
+    std::optional<Wrench> by_bodies_W = {};
   };
   void look();
 

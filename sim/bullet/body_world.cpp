@@ -81,6 +81,7 @@ struct BodyWorld::Parts {
   bool is_mobile(const btCollisionObject* body) const { return !body->isStaticOrKinematicObject(); }
   void find_contacts();
   void find_rows(double dt);
+  void note_push(const btManifoldPoint& point, const btRigidBody& a, const btRigidBody& b);
   void add_row(const btManifoldPoint& point, const btVector3& direction, const btRigidBody& a,
                const btRigidBody& b);
 
@@ -95,6 +96,7 @@ struct BodyWorld::Parts {
   std::vector<std::unique_ptr<btRigidBody>> bodies;
   std::vector<uint8_t> touches;  // each object
   PushedMean pushed;
+  std::vector<Wrench> by_bodies;  // on each object without mass, since it was taken
   std::optional<WorldJoints> joints;
   std::vector<ConstraintRow> rows;
   size_t n_contacts = 0;
@@ -135,6 +137,7 @@ BodyWorld::Parts::Parts(const WorldModel& model) {
     bodies.push_back(std::move(body));
   }
   touches.assign(bodies.size(), 0);
+  by_bodies.resize(bodies.size());
   pushed.impulse_W.resize(bodies.size());
   pushed.late_W.resize(bodies.size());
   std::vector<uint8_t> never_moves;
@@ -167,6 +170,22 @@ void BodyWorld::Parts::add_row(const btManifoldPoint& point, const btVector3& di
   rows.push_back(row);
 }
 
+/// Counts what a contact has pushed an object without mass with; of two that sleep it is that of
+/// the step in which they fell asleep, and still true.
+void BodyWorld::Parts::note_push(const btManifoldPoint& point, const btRigidBody& a,
+                                 const btRigidBody& b) {
+  if (is_mobile(&a) == is_mobile(&b) || point.m_appliedImpulse == 0) return;
+  const btVector3 on_a = point.m_appliedImpulse * point.m_normalWorldOnB +
+                         point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1 +
+                         point.m_appliedImpulseLateral2 * point.m_lateralFrictionDir2;
+  const bool is_a = !is_mobile(&a);
+  const btRigidBody& still = is_a ? a : b;
+  const btVector3& at = is_a ? point.getPositionWorldOnA() : point.getPositionWorldOnB();
+  const Vec3 J_W = (is_a ? 1 : -1) * from_bullet(on_a);
+  Wrench& sum_W = by_bodies[object_of(&still)];
+  sum_W = sum_W + Wrench{J_W, cross(from_bullet(at - still.getCenterOfMassPosition()), J_W)};
+}
+
 void BodyWorld::Parts::find_contacts() {
   rows.clear();
   n_contacts = 0;
@@ -179,6 +198,7 @@ void BodyWorld::Parts::find_contacts() {
       ++n_contacts;
       // an impulse that is kept while both sleep was carried when they fell asleep
       if (a.isActive() || b.isActive()) note_impulse(point);
+      note_push(point, a, b);
       if (!is_held(point)) continue;
       add_row(point, point.m_normalWorldOnB, a, b);
       const double most = kSticks * point.m_combinedFriction * point.m_appliedImpulse;
@@ -300,6 +320,10 @@ MovingBody BodyWorld::motion(uint32_t object) const {
   motion.bias_W = effect.bias_W;
   motion.moves_by_mean = effect.moves_by_mean;
   return motion;
+}
+
+Wrench BodyWorld::take_pushed_by_bodies(uint32_t object) {
+  return std::exchange(parts_->by_bodies[object], Wrench{});
 }
 
 std::span<const ConstraintRow> BodyWorld::rows() const {

@@ -49,6 +49,9 @@ class BodyWorld {
   void step(double dt);
 
   MovingBody motion(uint32_t object) const;
+  /// What the bodies have pushed an object without mass with since the last call, about its origin
+  /// in W [N·s, N·m·s].
+  Wrench take_pushed_by_bodies(uint32_t object);
   /// Contacts that have carried an impulse lately, as what they do not let happen: a row along the
   /// normal, and two across it where friction sticks.
   std::span<const ConstraintRow> rows() const;

@@ -450,6 +450,12 @@ void step_given(const GivenModel& model, GivenState& state,
   note_objects(model, state, frame);
 }
 
+void push_by_bodies(GivenState& state, size_t k, const Wrench& impulse_W, double dt) {
+  ObjectPush& push = state.objects[k].by_bodies;
+  push.impulse_time_W = push.impulse_time_W + dt * push.impulse_W;
+  push.impulse_W = push.impulse_W + impulse_W;
+}
+
 void note_given(const GivenModel& model, const GivenState& state, SceneFrame& frame) {
   for (size_t k = 0; k < model.objects.size(); ++k) {
     const GivenObjectState& object = state.objects[k];
@@ -464,6 +470,7 @@ void note_given(const GivenModel& model, const GivenState& state, SceneFrame& fr
           object.model);
     }
     frame.responses.push_back(answer);
+    frame.world_pushes.push_back(object.by_bodies);
     for (uint32_t hand = 0; hand < frame.n_hands; ++hand) {
       frame.seen.push_back(state.seen[hand].pushes[response]);
     }

@@ -87,8 +87,9 @@ struct GivenObjectState {
   bool is_said = false;
   bool is_new = false;  // the model has not taken it over yet
   std::variant<FollowingModel, GuardedModel> model;
-  double share = 1;  // of the coupling that is let in
-  double work = 0;   // of the hands on it since the last step [J]
+  double share = 1;      // of the coupling that is let in
+  double work = 0;       // of the hands on it since the last step [J]
+  ObjectPush by_bodies;  // what sim's bodies have pushed it with, until the last step
 };
 
 struct GivenClientState {
@@ -139,6 +140,9 @@ void see_client(const GivenModel& model, GivenState& state, uint32_t client, uin
 /// objects. Allocates nothing.
 void step_given(const GivenModel& model, GivenState& state,
                 std::span<const ServoFrame* const> hands, SceneFrame& frame);
+
+/// What sim's bodies have pushed an object with in the step to t_ns.
+void push_by_bodies(GivenState& state, size_t k, const Wrench& impulse_W, double dt);
 
 /// Adds how they answer pushes, behind the responses of the bodies, and what has been taken of the
 /// clients.

@@ -8,6 +8,7 @@
 
 #include "sim/given/statement.h"
 #include "sim/pushes/push_history.h"
+#include "tests/sim/body_scene.h"
 #include "tests/sim/given/given_loop.h"
 
 using namespace haptic;
@@ -277,6 +278,29 @@ TEST_CASE(
   CHECK(given < 0.2);
   CHECK(scene.objects[0].reduction == 1);
   CHECK((scene.givers[0].flags & kGiverCut) != 0);
+}
+
+TEST_CASE("given: what sim's bodies push an object of a client with is counted") {
+  // a box of 100 g falls by 1 mm on a plate that a client may move, and lies there
+  BodyScene scene;
+  scene.config.gravity_W = {0, 0, -kGravity};
+  scene.add_box({0.1, 0.1, 0.01}, {{0, 0, -0.005}, {}}, 0);
+  scene.add_box({0.02, 0.02, 0.02}, {{0.02, 0, 0.011}, {}}, 0.1);
+  scene.config.n_clients = 1;
+  scene.config.clients[0].n_moves = 1;
+  SimModel model = build_sim(scene.config, scene.shapes);
+  SimState state(model);
+  int64_t t_ns = kStartNs;
+  SceneFrame frame = sim_step(model, state, t_ns);
+  constexpr int kTicks = 1000;
+  for (int n = 0; n < kTicks; ++n) frame = sim_step(model, state, t_ns += kMs);
+  REQUIRE(frame.world_pushes.size() == 1);
+  const Wrench& J_W = frame.world_pushes[0].impulse_W;
+  // all of its weight in that time, at 20 mm from the plate's middle
+  const double weight = 0.1 * kGravity * kTicks * kTick;
+  CHECK(J_W.f.z == Approx(-weight).epsilon(0.01));
+  CHECK(std::hypot(J_W.f.x, J_W.f.y) < 0.01 * weight);
+  CHECK(J_W.t.y == Approx(0.02 * weight).epsilon(0.03));
 }
 
 TEST_CASE("given: a history knows its ticks, forgets the oldest and begins anew with a servo") {
