@@ -70,8 +70,8 @@ class Giver {
   /// frame; now, where there is none.
   int64_t instant_ns() const { return instant_ns_; }
 
-  /// Says how an object moves at the instant until which pushed() was told of it, which is filled in
-  /// with its ticks; of an object that was never asked about, now.
+  /// Says how an object moves at the instant until which pushed() was told of it, which is filled
+  /// in with its ticks; of an object that was never asked about, now.
   void move(GivenMotion motion);
   /// Publishes what has been said since the last time.
   void publish();

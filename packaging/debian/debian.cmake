@@ -2,7 +2,7 @@
 # Debian packages by `cpack`, one a component; the components bear the packages' names
 set(here ${CMAKE_CURRENT_SOURCE_DIR}/debian)
 set(CPACK_GENERATOR DEB)
-set(CPACK_COMPONENTS_ALL hapticd libhaptic-client-dev hapticd-doc)
+set(CPACK_COMPONENTS_ALL hapticd libhaptic-client1 libhaptic-client-dev hapticd-doc)
 set(CPACK_PACKAGE_CONTACT "hapticd maintainers <maintainers@hapticd.invalid>" CACHE STRING "")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
@@ -25,12 +25,24 @@ force of what its virtual tool touches. Collision detection, simulation and
 viewers run in processes of their own, none of which can delay that force.
 `hapt demo` plays a scene with a simulated hand; no device is needed.")
 
+# a package that is linked with the library needs no older one
+file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/shlibs
+  "libhaptic-client 1 libhaptic-client1 (>= ${PROJECT_VERSION})\n")
+set(CPACK_DEBIAN_LIBHAPTIC-CLIENT1_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_LIBHAPTIC-CLIENT1_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_LIBHAPTIC-CLIENT1_PACKAGE_CONTROL_EXTRA ${CMAKE_CURRENT_BINARY_DIR}/shlibs)
+set(CPACK_DEBIAN_LIBHAPTIC-CLIENT1_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_LIBHAPTIC-CLIENT1_DESCRIPTION "client library of the haptics server hapticd, for C
+Watches a running session, changes it, moves its objects and is told what the
+hand pushes them with.")
+
 set(CPACK_DEBIAN_LIBHAPTIC-CLIENT-DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_LIBHAPTIC-CLIENT-DEV_PACKAGE_DEPENDS libboost-dev)
+set(CPACK_DEBIAN_LIBHAPTIC-CLIENT-DEV_PACKAGE_DEPENDS
+  "libboost-dev, libhaptic-client1 (= ${PROJECT_VERSION}-1)")
 set(CPACK_DEBIAN_LIBHAPTIC-CLIENT-DEV_DESCRIPTION "client library of the haptics server hapticd
 Maps the shared-memory rings of a running session read-only: poses, forces,
-contacts and events of every tick. With a CMake package, a pkg-config file and
-an example.")
+contacts and events of every tick. For C++, with a CMake package, and for C;
+with pkg-config files and examples.")
 
 set(CPACK_DEBIAN_HAPTICD-DOC_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_HAPTICD-DOC_PACKAGE_SECTION doc)

@@ -37,7 +37,7 @@ while read -r word rest; do
   case $word in
     kill)
       kill -9 "${pid[plane]}"
-      wait "${pid[plane]}" || true
+      { wait "${pid[plane]}" || true; } 2>/dev/null
       ;;
     start) start plane ;;
     *) printf '%s %s\n' "$word" "$rest" ;;

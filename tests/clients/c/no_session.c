@@ -6,7 +6,7 @@
 
 #include "check.h"
 
-// The message of the call before, which it forgets.
+// Of the call before.
 static int says(const char* part) {
   return strstr(hapticd_message(), part) != NULL;
 }
