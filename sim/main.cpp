@@ -58,8 +58,9 @@ struct ClientInboxes {
     }
   }
 
-  void take(const SimModel& model, SimState& state, int64_t t_ns) {
+  void take(const SimModel& model, SimState& state, const ControlFrame& control, int64_t t_ns) {
     for (Inbox& inbox : inboxes) {
+      set_giving(model.given, state.given, inbox.client, control.giving[inbox.client]);
       if (!inbox.frames.latest(frame)) continue;
       see_client(model.given, state.given, inbox.client, inbox.frames.item_generation(), frame,
                  t_ns);
@@ -136,7 +137,7 @@ int run(const ChildArguments& arguments) {
     // a ring may hold anything
     const double time_scale = control.scene_time_scale >= 0 ? control.scene_time_scale : 0;
     const HandFrames hands{hand.latest(model, *state)};
-    clients.take(model, *state, t_ns);
+    clients.take(model, *state, control, t_ns);
     copy_in_use(sim_step(model, *state, hands, t_ns, time_scale), frame);
     frame.skipped = skipped;
     frame.behind_since_ns = behind.seen(skipped, t_ns);

@@ -21,6 +21,15 @@ int64_t end_of(double timeout) {
   return now_ns() + static_cast<int64_t>(timeout * 1e9);
 }
 
+/// A caller in C may give any number, which an enumeration of C++ may not hold.
+template <typename Enum>
+uint32_t number_of(const Enum& given) {
+  static_assert(sizeof given == sizeof(uint32_t));
+  uint32_t number;
+  std::memcpy(&number, &given, sizeof number);
+  return number;
+}
+
 /// HAPTICD_NOTHING: the time is up.
 hapticd_result wait_for(Reader& reader, int64_t end_ns) {
   for (;;) {
@@ -65,11 +74,9 @@ hapticd_result hapticd_frames_open(hapticd_session* session, hapticd_ring ring, 
   if (frames != nullptr) *frames = nullptr;
   return with(session, [&] {
     check_given(frames);
-    const RingKind* kind = kind_of(ring);
+    const RingKind* kind = kind_of(number_of(ring));
     if (kind == nullptr) throw BadArgument("there is no such ring");
-    if (start != HAPTICD_FROM_NOW && start != HAPTICD_FROM_OLDEST) {
-      throw BadArgument("there is no such start");
-    }
+    if (number_of(start) > HAPTICD_FROM_OLDEST) throw BadArgument("there is no such start");
     const bool of_hand = ring == HAPTICD_SERVO || ring == HAPTICD_CONTACT;
     const uint32_t last_hand = of_hand ? kMostHands - 1 : 0;
     if (hand > last_hand) {

@@ -12,7 +12,7 @@ constexpr int64_t kPatienceNs = 500'000'000;  // until the first segment comes
 constexpr int64_t kLookNs = 250'000;          // between two looks for it
 
 template <auto kMember>
-class ReaderOf : public Reader {
+class ReaderOf final : public Reader {
   using Item = typename RingSource<kMember>::Item;
 
  public:
@@ -72,13 +72,12 @@ hapticd_result Reader::state() {
   return say_gone(connected, attachments_.refusal(), !connected && has_ended(control_.header()));
 }
 
-const RingKind* kind_of(hapticd_ring ring) {
+const RingKind* kind_of(uint32_t ring) {
   // in the order of hapticd_ring
   static const std::array kKinds{
       kind<&ServoChannels::frames>("ServoFrame"), kind<&ContactChannels::sets>("ContactSet"),
       kind<&SimChannels::frames>("SceneFrame"), kind<&ControlChannels::frames>("ControlFrame")};
-  const auto place = static_cast<size_t>(ring);
-  return place < kKinds.size() ? &kKinds[place] : nullptr;
+  return ring < kKinds.size() ? &kKinds[ring] : nullptr;
 }
 
 }  // namespace haptic

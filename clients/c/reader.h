@@ -51,8 +51,8 @@ struct RingKind {
   std::span<const RecordPart> parts;  // its lists
   std::unique_ptr<Reader> (*open)(const std::string& session, uint32_t hand, Start start);
 };
-/// Null: there is no such ring.
-const RingKind* kind_of(hapticd_ring ring);
+/// By hapticd_ring; null: there is no such ring.
+const RingKind* kind_of(uint32_t ring);
 
 template <typename T>
 inline constexpr hapticd_ring kRingOf = std::is_same_v<T, ServoFrame>   ? HAPTICD_SERVO

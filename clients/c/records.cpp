@@ -27,7 +27,7 @@ hapticd_twist twist(const Twist& V) {
 hapticd_wrench wrench(const Wrench& F) {
   return same_bytes<hapticd_wrench>(F);
 }
-void copy(const Vec3& from, double (&to)[3]) {
+void copy_vector(const Vec3& from, double (&to)[3]) {
   std::memcpy(to, &from, sizeof to);
 }
 
@@ -164,9 +164,9 @@ hapticd_result hapticd_frames_contact(hapticd_frames* frames, uint32_t index,
     const Contact& one = at(set.contacts, index);
     hapticd_contact out{};
     out.object = one.object;
-    copy(one.tool_point_T, out.tool_point_T);
-    copy(one.object_point_O, out.object_point_O);
-    copy(one.normal_O, out.normal_O);
+    copy_vector(one.tool_point_T, out.tool_point_T);
+    copy_vector(one.object_point_O, out.object_point_O);
+    copy_vector(one.normal_O, out.normal_O);
     out.stiffness = one.stiffness;
     out.feature = one.feature;
     put(out, contact);

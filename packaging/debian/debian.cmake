@@ -37,8 +37,8 @@ Watches a running session, changes it, moves its objects and is told what the
 hand pushes them with.")
 
 set(CPACK_DEBIAN_LIBHAPTIC-CLIENT-DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_LIBHAPTIC-CLIENT-DEV_PACKAGE_DEPENDS
-  "libboost-dev, libhaptic-client1 (= ${PROJECT_VERSION}-1)")
+set(CPACK_DEBIAN_LIBHAPTIC-CLIENT-DEV_PACKAGE_DEPENDS libboost-dev)
+set(CPACK_DEBIAN_LIBHAPTIC-CLIENT-DEV_PACKAGE_RECOMMENDS "libhaptic-client1 (= ${PROJECT_VERSION}-1)")
 set(CPACK_DEBIAN_LIBHAPTIC-CLIENT-DEV_DESCRIPTION "client library of the haptics server hapticd
 Maps the shared-memory rings of a running session read-only: poses, forces,
 contacts and events of every tick. For C++, with a CMake package, and for C;

@@ -14,7 +14,7 @@ namespace haptic {
 struct ClientConfig {
   Name name{};
   Name user{};             // who may give beside the owner of the session; empty: nobody
-  double max_force = 2;    // of all that it gives on the hand, in units of the scene [N]
+  double max_force = 2;    // of each of its objects on the hand, in units of the scene [N]
   double max_power = 0.2;  // that the hand is given, over a second [W]
   uint32_t n_moves = 0;
   uint32_t reserved = 0;

@@ -30,9 +30,9 @@
 namespace haptic {
 namespace {
 
-constexpr int kPatienceMs = 5000;              // of a client for an answer [ms]
-constexpr int64_t kRetryNs = 250'000'000;       // where its name was used just now [ns]
-constexpr int kMostAttempts = 5;               // together more than the second that hapticd asks for
+constexpr int kPatienceMs = 5000;          // of a client for an answer [ms]
+constexpr int64_t kRetryNs = 250'000'000;  // where its name was used just now [ns]
+constexpr int kMostAttempts = 5;           // together more than the second that hapticd asks for
 constexpr std::string_view kPlace = "place ", kTaken = "ok";
 
 /// The text up to the next of these, which is removed with it.

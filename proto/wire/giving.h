@@ -16,8 +16,9 @@ inline constexpr std::array<std::string_view, 10> kGiverRefusals{
     "its frames go back in time, come from the future, or are older than 0.5 s",
     "it has used a servo tick that has not been, goes back, or is long ago",
     "a matrix is not symmetric, or has a negative direction",
-    "an object is lighter than 1 g, or turns more easily than a ball of 1 mm",
-    "an object moves by itself faster than 1000 rad/s; state less stiffness or more mass",
+    "an object is lighter than 1 g, turns more easily than a ball of 1 mm, or has 1000 t or more",
+    "an object moves by itself faster than 1000 rad/s, or is stiffer than 10 kN/mm; state less "
+    "stiffness or more mass",
     "a pose, speed or acceleration is beyond all hands",
     "its power is beyond max_power of its [[client]]"};
 

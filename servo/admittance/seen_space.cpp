@@ -19,8 +19,8 @@ void note_asked(SeenSpace& seen, uint64_t tick, double speed) {
   seen.asked[tick % SeenSpace::kTicks] = {tick, speed, true};
 }
 
-double seen_radius(const SeenSpace& seen, const ContactSet& set, const Age& age,
-                   bool is_body, double dt) {
+double seen_radius(const SeenSpace& seen, const ContactSet& set, const Age& age, bool is_body,
+                   double dt) {
   HAPTIC_ASSERT(dt > 0);
   const SeenSpace::Asked& asked = seen.asked[set.answers_tick % SeenSpace::kTicks];
   if (!asked.known || asked.tick != set.answers_tick) return 0;

@@ -4,8 +4,8 @@
 #include <array>
 #include <cstdint>
 
-#include "proto/wire/wire.h"
 #include "proto/wire/age.h"
+#include "proto/wire/wire.h"
 
 namespace haptic {
 
@@ -27,8 +27,8 @@ void note_asked(SeenSpace& seen, uint64_t tick, double speed);
 
 /// How far from the set's verified pose everything that the tool could meet is among its contacts
 /// [m]; 0: nothing is known of the tick that it answers, or it is not complete.
-double seen_radius(const SeenSpace& seen, const ContactSet& set, const Age& age,
-                   bool is_body, double dt);
+double seen_radius(const SeenSpace& seen, const ContactSet& set, const Age& age, bool is_body,
+                   double dt);
 
 /// The tool's motion from X_WT, shortened such that it goes at most half of the way that is left to
 /// the rim of what was seen: what nobody has looked at counts as a wall, and the tool slows down

@@ -119,15 +119,21 @@ int64_t Supervisor::wait_for_work(int64_t until_ns) {
 /// What a client offers goes to all that attach segments, as what a child offers.
 void Supervisor::serve_givers() {
   if (!givers_) return;
-  givers_->serve(now_ns(), {.on_offer =
-                                [this](const Announcement& offer, int fd) {
-                                  session_.server.announce(offer.id, offer.generation,
-                                                           ClientChannels::kName, fd);
-                                },
-                            .say =
-                                [this](const std::string& line) {
-                                  session_.log.write(LogLevel::kInfo, "hapticd", line);
-                                }});
+  const GiveServer::Handlers handlers{.on_offer =
+                                          [this](const Announcement& offer, int fd) {
+                                            session_.server.announce(offer.id, offer.generation,
+                                                                     offer.name.data(), fd);
+                                          },
+                                      .say =
+                                          [this](const std::string& line) {
+                                            session_.log.write(LogLevel::kInfo, "hapticd", line);
+                                          }};
+  givers_->serve(now_ns(), handlers);
+  auto& giving = session_.desired.frame.giving;
+  const auto before = giving;
+  for (uint32_t c = 0; c < giving.size(); ++c) giving[c] = givers_->giving(c);
+  // sim listens to nobody else
+  if (giving != before) session_.desired.publish(now_ns());
 }
 
 /// A session that cannot be reached cannot be stopped either, so it ends.

@@ -20,9 +20,16 @@ constexpr int64_t kCutNs = 1'000'000'000;         // for which it is
 constexpr double kCutAt = 0.5;                    // share of its energy: the fade needs some
 constexpr int64_t kFutureNs = 5 * kMs;            // what a clock may be ahead
 constexpr int64_t kOldestNs = 500 * kMs;          // of a statement
-constexpr int64_t kMostReplayedNs = 250 * kMs;    // in a step, of all objects: some 0.15 ms
+constexpr int64_t kMostReplayedNs = 250 * kMs;    // in a step, of all objects but the first
+constexpr int64_t kCorrectionNs = 5 * kMs;        // that a correction costs beside, as replayed
+constexpr int64_t kLeastBetweenNs = 2 * kMs;      // of the frames that are looked at
 constexpr HoldLimits kHold{20 * kMs, 500 * kMs};  // three times the median period
 constexpr int64_t kUsualPeriodNs = 10 * kMs;      // until there is a median
+
+/// A push moves the object.
+bool answers(const GivenMotion& said) {
+  return std::ranges::any_of(said.mobility, [](double m) { return m != 0; });
+}
 
 /// The pushes of all hands after the ticks that a client has used, in the order of their instants.
 class PushReader {
@@ -30,7 +37,8 @@ class PushReader {
   PushReader(std::span<const PushHistory> histories, const GivenMotion& said, size_t object)
       : histories_(histories), object_(object) {
     for (size_t hand = 0; hand < histories.size(); ++hand) {
-      const auto used = histories[hand].find(said.ticks[hand]);
+      const auto used =
+          answers(said) ? histories[hand].find(said.ticks[hand]) : std::optional<uint64_t>();
       next_[hand] = used ? *used + 1 : histories[hand].end();
     }
   }
@@ -95,10 +103,6 @@ bool is_late(const GivenClientState& client, int64_t t_ns) {
   return t_ns - client.came_ns > hold_ns(client.age, kHold);
 }
 
-bool answers(const GivenMotion& said) {
-  return std::ranges::any_of(said.mobility, [](double m) { return m != 0; });
-}
-
 ModelState shown(const GivenObjectState& object) {
   const auto* guarded = std::get_if<GuardedModel>(&object.model);
   return guarded != nullptr ? guarded->at() : std::get<FollowingModel>(object.model).shown();
@@ -109,21 +113,19 @@ int ticks_in(int64_t period_ns, double step) {
   return static_cast<int>(std::lround(seconds_of(period_ns) / step));
 }
 
-/// Takes a statement over into the model. An object that is not felt is put where it is said to be,
-/// as is one that from now on answers pushes, or does no more.
+/// Takes a statement over into the model. An object that is about to be let in is put where it is
+/// said to be.
 void correct(const GivenModel& model, GivenState& state, size_t k, int64_t t_ns) {
   GivenObjectState& object = state.objects[k];
   const int64_t period_ns = period_of(state.clients[model.objects[k].client]);
   const ModelState now = replayed(state, k, t_ns);
-  const bool is_guarded = std::holds_alternative<GuardedModel>(object.model);
-  if (is_guarded != answers(object.said)) {
-    if (is_guarded) {
-      object.model.emplace<FollowingModel>().place(now, object.said);
-    } else {
+  if (!object.is_placed) {
+    if (answers(object.said)) {
       object.model.emplace<GuardedModel>().place(now, object.said);
+    } else {
+      object.model.emplace<FollowingModel>().place(now, object.said);
     }
-  } else if (object.share == 0) {
-    std::visit([&](auto& moving) { moving.place(now, object.said); }, object.model);
+    object.is_placed = true;
   } else if (auto* guarded = std::get_if<GuardedModel>(&object.model)) {
     guarded->correct(now, object.said, ticks_in(period_ns, model.period));
   } else {
@@ -135,24 +137,33 @@ void correct(const GivenModel& model, GivenState& state, size_t k, int64_t t_ns)
 /// Weight of what a client gives, by its age and by the power that it has given.
 double weight_of(const GivenClient& limits, GivenClientState& client, int64_t t_ns, double dt) {
   if (client.power.energy(t_ns) > kCutAt * limits.max_power) client.cut_until_ns = t_ns + kCutNs;
-  const Arrival arrival{client.came_ns != 0, client.taken_seq, client.came_ns, true};
+  const Arrival arrival{client.came_ns != 0, client.n_taken, client.came_ns, true};
   const double weight = weigh(client.age, arrival, t_ns, std::max(dt, 1e-6), kHold).weight;
   return t_ns < client.cut_until_ns ? 0 : weight;
+}
+
+/// It fades, and stands meanwhile.
+void let_go(GivenObjectState& object) {
+  object.phase = GivenPhase::kLetGo;
+  std::visit([](auto& moving) { moving.stop(); }, object.model);
 }
 
 /// The share of an object goes towards what its client's weight allows.
 void let_in(GivenObjectState& object, double weight, bool is_cut, double dt) {
   if (object.phase == GivenPhase::kStands) {
-    object.share = 1;
+    object.share = std::min(1.0, object.share + dt / kFade);
     if (object.is_said) object.phase = GivenPhase::kLetGo;
     return;
   }
   const bool follows = object.phase == GivenPhase::kFollows;
-  const double wanted = follows ? weight : 0;
+  // what is not felt stands until it is put where its client has it
+  const double wanted = follows && object.is_placed ? weight : 0;
   const double fall = dt / (is_cut ? kCutFade : kFade);
   object.share = wanted < object.share ? std::max(wanted, object.share - fall)
                                        : std::min(wanted, object.share + dt / kFade);
-  if (!follows && object.share == 0) object.phase = GivenPhase::kFollows;
+  if (object.share > 0) return;
+  object.is_placed = follows && object.is_placed && weight > 0;
+  object.phase = GivenPhase::kFollows;
 }
 
 /// The pushes of all hands since the last step, by object.
@@ -171,6 +182,18 @@ std::array<NewPush, kMaxBodies> take_all(GivenState& state, const GivenModel& mo
   return all;
 }
 
+/// How much of the past a statement makes sim look at, and what each costs beside it [ns].
+int64_t replay_ns(const GivenState& state, const GivenMotion& said, int64_t t_ns) {
+  int64_t oldest_ns = said.t_ns;
+  for (size_t hand = 0; answers(said) && hand < state.histories.size(); ++hand) {
+    const PushHistory& history = state.histories[hand];
+    if (const auto used = history.find(said.ticks[hand])) {
+      oldest_ns = std::min(oldest_ns, history.t_ns(*used));
+    }
+  }
+  return std::max<int64_t>(t_ns - oldest_ns, 0) + kCorrectionNs;
+}
+
 /// Corrects the models by statements that are new, as far as the step's budget reaches; the first
 /// one in any case.
 void correct_models(const GivenModel& model, GivenState& state, int64_t t_ns) {
@@ -179,17 +202,24 @@ void correct_models(const GivenModel& model, GivenState& state, int64_t t_ns) {
   for (size_t i = 0; i < n && left_ns > 0; ++i) {
     const size_t k = (state.turn + i) % n;
     GivenObjectState& object = state.objects[k];
+    const double weight = state.clients[model.objects[k].client].weight;
     if (!object.is_new || object.phase != GivenPhase::kFollows) continue;
-    left_ns -= std::max<int64_t>(t_ns - object.said.t_ns, 0);
+    if (!object.is_placed && !(weight > 0)) continue;
+    // the client is behind by more than it may be
+    if (t_ns - object.said.t_ns > kOldestNs) {
+      object.is_new = false;
+      continue;
+    }
+    left_ns -= replay_ns(state, object.said, t_ns);
     correct(model, state, k, t_ns);
     state.turn = (k + 1) % n;
   }
 }
 
-/// Moves an object that follows its client. One that is late, and not felt any more, stands.
-void move(GivenState& state, size_t k, const NewPush& pushed, bool is_late, double dt) {
+/// Moves an object that follows its client. One that is not felt stands.
+void move(GivenState& state, size_t k, const NewPush& pushed, double dt) {
   GivenObjectState& object = state.objects[k];
-  if (object.share == 0 && is_late) {
+  if (object.share == 0 || object.phase != GivenPhase::kFollows) {
     std::visit([](auto& moving) { moving.stop(); }, object.model);
   } else if (auto* guarded = std::get_if<GuardedModel>(&object.model)) {
     HandsOnObject hands{pushed.impulse_W, pushed.late_W, object.work};
@@ -208,6 +238,14 @@ void move(GivenState& state, size_t k, const NewPush& pushed, bool is_late, doub
   }
 }
 
+/// Lets an object of numbers that have become none stand where the session file has it.
+void forget(const GivenModel& model, GivenState& state, size_t k) {
+  GivenObjectState& object = state.objects[k];
+  object.model.emplace<FollowingModel>().place({model.objects[k].X_WO, {}}, {});
+  object.is_said = object.is_new = object.is_placed = false;
+  object.share = 0;
+}
+
 void note_objects(const GivenModel& model, const GivenState& state, SceneFrame& frame) {
   for (size_t k = 0; k < model.objects.size(); ++k) {
     const GivenObject& given = model.objects[k];
@@ -215,6 +253,9 @@ void note_objects(const GivenModel& model, const GivenState& state, SceneFrame& 
     SceneObject& out = frame.objects[given.object];
     out.reduction = 1 - object.share;
     const ModelState at = shown(object);
+    if (object.phase != GivenPhase::kStands) {
+      out.most_force = model.clients[given.client].max_force;
+    }
     if (object.phase != GivenPhase::kFollows) {
       out.X_WO = at.X_WO;
       continue;
@@ -222,7 +263,6 @@ void note_objects(const GivenModel& model, const GivenState& state, SceneFrame& 
     out.X_WO = at.X_WO;
     out.V_WO = at.V_WO;
     out.mover = moved_by_client(given.client);
-    out.most_force = model.clients[given.client].max_force;
   }
 }
 
@@ -269,7 +309,9 @@ GiverRefusal refusal_in(const GivenModel& model, const GivenState& state, uint32
     const PushHistory& history = state.histories[hand];
     const uint64_t tick = said.ticks[hand];
     const auto used = history.find(tick);
-    const bool goes_back = object.is_said && tick < object.said.ticks[hand];
+    // a servo that has begun anew counts its ticks anew
+    const bool goes_back = object.is_said && tick < object.said.ticks[hand] &&
+                           history.find(object.said.ticks[hand]).has_value();
     const bool is_near = used && std::abs(history.t_ns(*used) - said.t_ns) <= kOldestNs;
     if (answers(said) && (goes_back || !is_near)) return GiverRefusal::kUnknownTick;
   }
@@ -288,9 +330,14 @@ GiverRefusal refusal_in(const GivenModel& model, const GivenState& state, uint32
       given.t_ns > t_ns + kFutureNs) {
     return GiverRefusal::kBackInTime;
   }
-  for (const GivenMotion& said : given.moves) {
+  for (size_t i = 0; i < given.moves.size(); ++i) {
+    const GivenMotion& said = given.moves[i];
+    const auto before = std::span(given.moves.data(), i);
+    const bool is_twice =
+        std::ranges::find(before, said.object, &GivenMotion::object) != before.end();
     const size_t k = place_of(model, said.object);
-    const GiverRefusal why = refusal_in(model, state, client, said, k, t_ns);
+    const GiverRefusal why =
+        is_twice ? GiverRefusal::kNotAllowed : refusal_in(model, state, client, said, k, t_ns);
     if (why != GiverRefusal::kNone) return why;
   }
   return GiverRefusal::kNone;
@@ -361,6 +408,8 @@ GivenState begin_given(const GivenModel& model, uint32_t n_hands) {
 void resume_given(const GivenModel& model, GivenState& state, const SceneFrame& last) {
   for (size_t k = 0; k < model.objects.size(); ++k) {
     const SceneObject& object = last.objects[model.objects[k].object];
+    if (k < last.world_pushes.size()) state.objects[k].by_bodies = last.world_pushes[k];
+    state.objects[k].share = std::clamp(1 - object.reduction, 0.0, 1.0);
     if (object.mover == kMovedBySim) continue;
     std::get<FollowingModel>(state.objects[k].model).place({object.X_WO, {}}, {});
     state.objects[k].phase = GivenPhase::kFollows;
@@ -392,19 +441,33 @@ void see_hand(const GivenModel& model, GivenState& state, uint32_t hand, const S
   }
 }
 
+void set_giving(const GivenModel& model, GivenState& state, uint32_t client, uint64_t generation) {
+  HAPTIC_ASSERT(client < state.clients.size());
+  GivenClientState& known = state.clients[client];
+  if (generation == known.generation) return;
+  const uint64_t n_taken = known.n_taken;
+  const int64_t cut_until_ns = known.cut_until_ns;
+  known = {};
+  known.generation = generation;
+  known.n_taken = n_taken;
+  known.cut_until_ns = cut_until_ns;
+  known.age.closed = true;
+  known.age.weight = 0;
+  known.is_attached = generation != 0;
+  // what its predecessor moved fades, and is then put where this one has it
+  for (const uint32_t k : model.clients[client].objects) {
+    GivenObjectState& object = state.objects[k];
+    if (object.phase == GivenPhase::kFollows) let_go(object);
+    object.is_said = object.is_new = false;
+  }
+}
+
 void see_client(const GivenModel& model, GivenState& state, uint32_t client, uint64_t generation,
                 const GivenFrame& given, int64_t t_ns) {
   HAPTIC_ASSERT(client < state.clients.size());
   GivenClientState& known = state.clients[client];
-  known.is_attached = true;
-  if (generation != known.generation) {
-    // its predecessor's objects are not felt until this one has been heard for a while
-    known.generation = generation;
-    known.last_seq = 0;
-    known.age.closed = true;
-    known.age.fresh = 0;
-    for (const uint32_t k : model.clients[client].objects) state.objects[k].is_said = false;
-  }
+  if (generation != known.generation || t_ns - known.looked_ns < kLeastBetweenNs) return;
+  known.looked_ns = t_ns;
   if (given.seq == known.last_seq) return;
   const GiverRefusal why = refusal_in(model, state, client, given, t_ns);
   if (given.seq > known.last_seq) known.last_seq = given.seq;
@@ -415,12 +478,15 @@ void see_client(const GivenModel& model, GivenState& state, uint32_t client, uin
   }
   for (const GivenMotion& said : given.moves) {
     GivenObjectState& object = state.objects[place_of(model, said.object)];
+    // one that answers pushes from now on, or does no more, is let go first
+    const bool changes = object.is_placed && answers(said) != answers(object.said);
+    if (changes) let_go(object);
     object.said = said;
     object.said.X_WO.q = normalized(said.X_WO.q);
     object.is_said = object.is_new = true;
   }
   known.refusal = GiverRefusal::kNone;
-  known.taken_seq = given.seq;
+  ++known.n_taken;
   known.taken_ns = given.t_ns;
   known.came_ns = t_ns;
 }
@@ -435,14 +501,14 @@ void step_given(const GivenModel& model, GivenState& state,
   std::array<double, kMostClients> weights{};
   for (uint32_t c = 0; c < model.clients.size(); ++c) {
     weights[c] = weight_of(model.clients[c], state.clients[c], frame.t_ns, dt);
+    state.clients[c].weight = weights[c];
   }
   for (size_t k = 0; k < model.objects.size(); ++k) {
     const uint32_t client = model.objects[k].client;
     GivenObjectState& object = state.objects[k];
     let_in(object, weights[client], frame.t_ns < state.clients[client].cut_until_ns, dt);
-    if (object.phase == GivenPhase::kFollows) {
-      move(state, k, pushes[k], is_late(state.clients[client], frame.t_ns), dt);
-    }
+    move(state, k, pushes[k], dt);
+    if (!is_finite(shown(object).X_WO) || !is_finite(shown(object).V_WO)) forget(model, state, k);
     object.work = 0;
   }
   state.t_ns = frame.t_ns;

@@ -57,7 +57,7 @@ GivenModel build_given(const SessionConfig& config, uint32_t first_response);
 /// Who moves an object.
 enum class GivenPhase : uint32_t {
   kStands,  // nobody: it stands where the session file says, and is felt
-  kLetGo,   // a client has come: it fades, and still stands
+  kLetGo,   // another client has come: it fades, and stands
   kFollows  // the client
 };
 
@@ -85,7 +85,8 @@ struct GivenObjectState {
   GivenPhase phase = GivenPhase::kStands;
   GivenMotion said{};  // the newest statement that was taken
   bool is_said = false;
-  bool is_new = false;  // the model has not taken it over yet
+  bool is_new = false;     // the model has not taken it over yet
+  bool is_placed = false;  // the model is where a client had it, since it was last let go
   std::variant<FollowingModel, GuardedModel> model;
   double share = 1;      // of the coupling that is let in
   double work = 0;       // of the hands on it since the last step [J]
@@ -95,8 +96,11 @@ struct GivenObjectState {
 struct GivenClientState {
   Age age;
   uint64_t generation = 0;  // of its segment
-  uint64_t last_seq = 0, taken_seq = 0, refused = 0;
-  int64_t taken_ns = 0;  // GivenFrame::t_ns of the last that was taken
+  uint64_t last_seq = 0, refused = 0;
+  uint64_t n_taken = 0;   // frames, of all its segments
+  int64_t looked_ns = 0;  // at its last frame
+  double weight = 0;      // of what it gives, in the last step
+  int64_t taken_ns = 0;   // GivenFrame::t_ns of the last that was taken
   int64_t came_ns = 0;  // when it was: a frame is as old as the client is behind, which is no fault
   GiverRefusal refusal = GiverRefusal::kNone;
   bool is_attached = false;
@@ -130,6 +134,9 @@ void resume_given(const GivenModel& model, GivenState& state, const SceneFrame& 
 
 /// A frame of a hand's servo: each once, in order.
 void see_hand(const GivenModel& model, GivenState& state, uint32_t hand, const ServoFrame& frame);
+
+/// Which segment of a client counts; 0: nobody gives under its name.
+void set_giving(const GivenModel& model, GivenState& state, uint32_t client, uint64_t generation);
 
 /// The newest frame of a client, of the segment with that generation; t_ns: now. What it says of an
 /// object is taken or refused.

@@ -62,6 +62,15 @@ GiverRefusal refusal_of(const GivenMotion& said, const StatementLimits& limits) 
   for (const Matrix6* m : {&M, &K, &D}) {
     if (!is_semidefinite(*m, limits.symmetry)) return GiverRefusal::kNotSymmetric;
   }
+  const auto is_within = [](const Matrix6& m, double most) {
+    return m.cwiseAbs().maxCoeff() <= most;
+  };
+  if (!is_within(K, limits.stiffness) || !is_within(D, limits.damping)) {
+    return GiverRefusal::kTooStiff;
+  }
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    if (M(i, i) > 0 && M(i, i) < limits.least_mobility) return GiverRefusal::kTooLight;
+  }
   const bool is_heavy = M.topLeftCorner<3, 3>().trace() <= 3 * limits.mobility &&
                         M.bottomRightCorner<3, 3>().trace() <= 3 * limits.turning_mobility;
   if (!is_heavy) return GiverRefusal::kTooLight;

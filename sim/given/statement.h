@@ -15,6 +15,9 @@ struct StatementLimits {
   double acceleration = 1e4;      // [m/s², rad/s²]
   double mobility = 1e3;          // 1/mass: a gram [1/kg]
   double turning_mobility = 1e9;  // [1/(kg·m²)]
+  double least_mobility = 1e-6;   // of what answers at all: 1000 t, or as much inertia
+  double stiffness = 1e7;         // stiffer is a wall [N/m, N·m/rad]
+  double damping = 1e5;           // [N·s/m, N·m·s/rad]
   double symmetry = 1e-6;         // of a matrix with a diagonal of ones
 };
 

@@ -102,6 +102,7 @@ void Lockstep::answer(const ServoFrame& question, uint64_t visible_at) {
 }
 
 void Lockstep::give(uint32_t client, const GivenFrame& given) {
+  set_giving(sim_model_.given, sim_state_.given, client, 1);
   see_client(sim_model_.given, sim_state_.given, client, 1, given,
              grid_time(config_.servo_rate, tick_));
 }

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/hapticd/giving/give_server.h"
 
+#include <fcntl.h>
 #include <pwd.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <vector>
 
 #include "proto/ipc/segment.h"
@@ -18,6 +20,7 @@ namespace haptic {
 namespace {
 
 constexpr size_t kMostPeers = 2 * kMostClients;  // connected at once
+constexpr int kMostAccepted = 16;                // per turn
 constexpr uint64_t kDoor = 0;                    // number of the listener; peers count from 1
 constexpr int64_t kPatienceNs = kNsPerSecond;    // for a step of coming
 constexpr int64_t kRestNs = kNsPerSecond;        // between two segments of a name
@@ -45,7 +48,8 @@ bool any_user(const SessionConfig& config) {
 GiveServer::GiveServer(const std::string& session, const SessionConfig& config)
     : config_(config),
       listener_(runtime_folder() + "/" + session + kGiveSuffix, any_user(config) ? 0666 : 0600),
-      epoll_(epoll_create1(EPOLL_CLOEXEC)) {
+      epoll_(epoll_create1(EPOLL_CLOEXEC)),
+      spare_(open("/dev/null", O_RDONLY | O_CLOEXEC)) {
   for (uint32_t c = 0; c < config.n_clients; ++c) {
     const std::string_view name = view(config.clients[c].user);
     if (!name.empty()) users_[c] = user_named(name);
@@ -66,27 +70,44 @@ void GiveServer::restore() {
   wait_for_peers();
 }
 
-void GiveServer::accept_peer(int64_t t_ns) {
+bool GiveServer::is_known(uid_t user) const {
+  return user == 0 || user == geteuid() ||
+         std::ranges::any_of(users_, [&](const auto& known) { return known == user; });
+}
+
+bool GiveServer::accept_peer(int64_t t_ns) {
   Peer peer;
   peer.socket =
       FileDescriptor(accept4(listener_.fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  if (!peer.socket.is_open()) {
+    if (errno != EMFILE && errno != ENFILE) return errno == EINTR || errno == ECONNABORTED;
+    // an unaccepted client would wake epoll for ever
+    spare_.reset();
+    FileDescriptor(accept4(listener_.fd(), nullptr, nullptr, SOCK_CLOEXEC));
+    spare_ = FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));
+    return true;
+  }
   ucred who{};
   socklen_t size = sizeof who;
-  if (!peer.socket.is_open() ||
-      getsockopt(peer.socket.get(), SOL_SOCKET, SO_PEERCRED, &who, &size) != 0) {
-    return;
-  }
+  if (getsockopt(peer.socket.get(), SOL_SOCKET, SO_PEERCRED, &who, &size) != 0) return true;
   peer.pid = who.pid;
   peer.user = who.uid;
   peer.since_ns = t_ns;
+  // strangers take no place, however often they come
+  if (!is_known(peer.user)) {
+    tell(peer.socket.get(), "user " + std::to_string(peer.user) +
+                                " may not give to this session; name the user in a [[client]]");
+    return true;
+  }
   if (peers_.size() >= kMostPeers) {
     tell(peer.socket.get(), "too many clients want to give at once; try again later");
-    return;
+    return true;
   }
   epoll_event event{EPOLLIN, {.u64 = next_peer_}};
   if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, peer.socket.get(), &event) == 0) {
     peers_.emplace(next_peer_++, std::move(peer));
   }
+  return true;
 }
 
 std::string GiveServer::refusal_of(const Peer& peer, std::optional<uint32_t> client,
@@ -129,7 +150,7 @@ bool GiveServer::take_name(Peer& peer, int64_t t_ns) {
   peer.client = *client;
   peer.step = Step::kNamed;
   peer.since_ns = told_ns_[*client] = t_ns;
-  seats_[*client] = {true, peer.pid, peer.user};
+  seats_[*client] = {true, false, peer.pid, peer.user};
   GivePlace place{*client, ++generations_[*client], {}};
   const ClientConfig& known = config_.clients[*client];
   for (uint32_t i = 0; i < known.n_moves; ++i) {
@@ -152,7 +173,8 @@ bool GiveServer::take_segment(Peer& peer, int64_t t_ns, const Handlers& handlers
   const std::string name(view(config_.clients[peer.client].name));
   try {
     check_given_segment(message.fd.get(), peer.client, generation);
-    handlers.on_offer(message.announcement, message.fd.get());
+    const SegmentSpec spec = segment_spec<ClientChannels>(peer.client);
+    handlers.on_offer(make_announcement(spec.id, generation, spec.name), message.fd.get());
   } catch (const SegmentError& error) {
     tell(peer.socket.get(), error.what());
     handlers.say("client '" + name + "' is refused: " + error.what());
@@ -160,6 +182,7 @@ bool GiveServer::take_segment(Peer& peer, int64_t t_ns, const Handlers& handlers
   }
   peer.step = Step::kGives;
   peer.since_ns = t_ns;
+  seats_[peer.client].gives = true;
   tell(peer.socket.get(), "ok");
   handlers.say("client '" + name + "' gives, pid " + std::to_string(peer.pid));
   return true;
@@ -193,7 +216,8 @@ void GiveServer::serve(int64_t t_ns, const Handlers& handlers) {
   for (int i = 0; i < n; ++i) {
     const uint64_t number = events[static_cast<size_t>(i)].data.u64;
     if (number == kDoor) {
-      accept_peer(t_ns);
+      for (int k = 0; k < kMostAccepted && accept_peer(t_ns); ++k) {
+      }
     } else if (const auto found = peers_.find(number); found != peers_.end()) {
       if (!hear(found->second, t_ns, handlers)) drop(number, handlers);
     }

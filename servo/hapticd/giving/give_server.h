@@ -20,6 +20,7 @@ namespace haptic {
 /// Who gives under a name of the session file at present.
 struct GiverSeat {
   bool is_taken = false;
+  bool gives = false;  // its segment has been taken
   pid_t pid = -1;
   uid_t user = 0;
 };
@@ -46,6 +47,8 @@ class GiveServer {
   void restore();
 
   const GiverSeat& seat(uint32_t client) const { return seats_[client]; }
+  /// Generation of the segment of who gives under this name; 0: nobody does.
+  uint64_t giving(uint32_t client) const { return seats_[client].gives ? generations_[client] : 0; }
 
  private:
   enum class Step { kConnected, kNamed, kGives };
@@ -59,7 +62,8 @@ class GiveServer {
   };
 
   void wait_for_peers();
-  void accept_peer(int64_t t_ns);
+  bool accept_peer(int64_t t_ns);  // false: the queue is empty
+  bool is_known(uid_t user) const;
   bool hear(Peer& peer, int64_t t_ns, const Handlers& handlers);  // false: it is to be dropped
   bool take_name(Peer& peer, int64_t t_ns);
   bool take_segment(Peer& peer, int64_t t_ns, const Handlers& handlers);
@@ -70,6 +74,7 @@ class GiveServer {
   const SessionConfig& config_;
   UnixListener listener_;
   FileDescriptor epoll_;
+  FileDescriptor spare_;  // closed for a moment when no other descriptor is left
   std::map<uint64_t, Peer> peers_;
   uint64_t next_peer_ = 1;
   std::array<GiverSeat, kMostClients> seats_{};

@@ -272,6 +272,7 @@ inline GivenResult run_given(const GivenWorld& world, const GivenClientRun& run,
     }
     const bool fresh = !waiting.empty() && waiting.front().arrives_ns <= t_ns;
     if (fresh) {
+      set_giving(model.given, state.given, 0, 1);
       see_client(model.given, state.given, 0, 1, waiting.front().frame, t_ns);
       shown = waiting.front().frame;
       at_frame = waiting.front().at;

@@ -62,6 +62,7 @@ struct Stage {
     frame.seq = ++seq;
     frame.t_ns = t_ns;
     frame.moves.push_back(said);
+    set_giving(model.given, state.given, 0, generation);
     see_client(model.given, state.given, 0, generation, frame, t_ns);
   }
   const GivenClientState& client() const { return state.given.clients[0]; }
@@ -213,6 +214,16 @@ TEST_CASE("given: each lie of a frame is refused with its reason") {
   CHECK(refusal([](GivenMotion& m) { m.mobility[0] = 1e7; }) == kTooLight);
   CHECK(refusal([](GivenMotion& m) { m.stiffness[0] = 1e6; }) == kTooStiff);
   CHECK(refusal([](GivenMotion& m) { m.damping[0] = 1e4; }) == kTooStiff);
+  // nothing of these may become infinite, whatever answers
+  CHECK(refusal([](GivenMotion& m) {
+          m.mobility = {};
+          m.damping[0] = 1.7e308;
+        }) == kTooStiff);
+  CHECK(refusal([](GivenMotion& m) {
+          m.mobility = {};
+          m.stiffness[35] = 1.7e308;
+        }) == kTooStiff);
+  CHECK(refusal([](GivenMotion& m) { m.mobility[7] = 1e-307; }) == kTooLight);
   // a negative direction of moving is seen beside a much larger mobility of turning
   CHECK(refusal([](GivenMotion& m) {
           m.mobility[21] = m.mobility[28] = m.mobility[35] = 1e8;
@@ -232,9 +243,11 @@ TEST_CASE("given: frames out of their time, of others' objects and of unknown ti
     said.ticks[0] = stage.servo.tick;
     frame.moves.push_back(said);
     change(frame);
+    set_giving(stage.model.given, stage.state.given, 0, 1);
     see_client(stage.model.given, stage.state.given, 0, 1, frame, stage.t_ns);
     const GiverRefusal why = stage.client().refusal;
     stage.step();
+    stage.step();  // two milliseconds
     return why;
   };
   using enum GiverRefusal;

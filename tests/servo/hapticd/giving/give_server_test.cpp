@@ -143,7 +143,8 @@ TEST_CASE("give: a name that is unknown, taken or comes again too soon has no pl
   CHECK(session.say(session.connect(), "robot").starts_with("'robot' gives already, process "));
   robot.reset();
   session.serve();
-  CHECK(session.say(session.connect(), "robot") == "too soon: 'robot' has just given; wait a second");
+  CHECK(session.say(session.connect(), "robot") ==
+        "too soon: 'robot' has just given; wait a second");
   session.t_ns += kNsPerSecond;
   CHECK(read_place(session.say(session.connect(), "robot")).generation == 2);
 }
