@@ -267,6 +267,40 @@ TEST_CASE("given: frames out of their time, of others' objects and of unknown ti
   CHECK(stage.step().objects[0].X_WO.p == Vec3{});
 }
 
+TEST_CASE("given: a servo that begins anew is believed, and who leaves or changes is let go") {
+  Stage stage;
+  const GivenMotion said = still_motion();
+  SceneFrame scene;
+  const auto run = [&](int n, const GivenMotion& motion) {
+    for (int i = 0; i < n; ++i) {
+      if (i % 10 == 0) stage.give(motion);
+      scene = stage.step();
+    }
+  };
+  run(300, said);
+  REQUIRE(scene.objects[0].reduction == 0);
+  stage.servo.tick = 0;
+  stage.servo.impulses_since_ns = stage.t_ns;
+  run(20, said);
+  // its very first tick may not be known yet
+  CHECK(stage.client().refused <= 1);
+  CHECK(stage.client().refusal == GiverRefusal::kNone);
+  CHECK(scene.objects[0].reduction == 0);
+  // elsewhere, and no push moves it any more: what is felt does not jump there
+  GivenMotion wall = said;
+  wall.mobility = {};
+  wall.X_WO.p.x = 0.5;
+  run(20, wall);
+  CHECK(scene.objects[0].X_WO.p.x < 1e-3);
+  CHECK(scene.objects[0].reduction > 0.2);
+  run(200, wall);
+  CHECK(scene.objects[0].X_WO.p.x == Approx(0.5));
+  CHECK(scene.objects[0].reduction == 0);
+  set_giving(stage.model.given, stage.state.given, 0, 0);
+  for (int i = 0; i < 60; ++i) scene = stage.step();
+  CHECK(scene.objects[0].reduction == 1);
+}
+
 TEST_CASE(
     "given: what a client has given the hand is a client's power, and too much of it is cut") {
   Stage stage;
