@@ -13,7 +13,7 @@ using enum Dimension;
 
 namespace {
 
-constexpr Range kForces{0, 50, true};             // [N]; more than any device has
+constexpr Range kForces{0, 50, true};        // [N]; more than any device has
 constexpr Range kPowers{0, 20};              // [W]; more than any device gives
 constexpr std::string_view kMove = "move ";  // begins a right, before the name of an object
 constexpr const char* kRights = "may = [\"move cup\"]";
@@ -81,8 +81,9 @@ void read_client(Section& section, SessionConfig& config) {
                                 " is the most a session can hold, leave one out");
   }
   if (config.device.kind == DeviceKind::kSimulatedArm) {
-    section.fail_at("name", "gives to a hand on an admittance device, which feels all of what an "
-                            "object is; use a device that is told forces");
+    section.fail_at("name",
+                    "gives to a hand on an admittance device, which feels all of what an "
+                    "object is; use a device that is told forces");
   }
   ClientConfig& client = config.clients[config.n_clients];
   section.read_all({{"name", client.name, "name = \"robot\""}, {"user", client.user}});

@@ -253,7 +253,7 @@ TEST_CASE("golden: the reader says which layout it was, and what that lacks") {
   CHECK(notice(5, servo_topic(kFirstHand)) == "recorded with layout 5; fields it lacks: " + servo);
   const std::string nobody = "(0: nobody led the hand), ";
   const std::string led = "X_WT_intent " + nobody + "intent_t_ns " + nobody + "leading " + nobody +
-                          "solver (0: as the session's file said)";
+                          "solver (0: as the session's file said), giving (0: no client gave)";
   CHECK(notice(7, kControlTopic) == "recorded with layout 7; fields it lacks: " + led);
   CHECK(notice(2, kControlTopic) ==
         "recorded with layout 2; fields it lacks: armed (1: nothing had to be armed), fault (0: "
