@@ -15,8 +15,8 @@
 #include "proto/ipc/unix_socket.h"
 #include "proto/os/message.h"
 
-/// What each function of the C interface does: it checks what it is given, keeps exceptions in, and
-/// leaves a message.
+/// The frame of each function of the C interface: it checks what it is given, keeps exceptions in,
+/// and leaves a message.
 namespace haptic {
 
 /// Longest message that one_line() makes [bytes], and its end.
@@ -24,7 +24,7 @@ inline constexpr size_t kMessageBytes = 4 * kLongestMessage + 1;
 /// Longest struct that a caller may have [bytes]: one that is not initialised says more.
 inline constexpr uint32_t kLongestStruct = 1u << 16;
 
-/// What every handle has. Memory and threads of a connection belong to the process that made it.
+/// The base of every handle. Memory and threads of a connection belong to the process that made it.
 struct Handle {
   const pid_t pid = getpid();
   std::array<char, kMessageBytes> message{};
@@ -128,7 +128,7 @@ T taken(const T* given, size_t least) {
   return out;
 }
 
-/// What is said of a connection that has ended; HAPTICD_OK where it has not.
+/// The status of a connection that has ended; HAPTICD_OK where it has not.
 hapticd_result say_gone(bool is_connected, const std::string& refusal, bool has_ended);
 
 }  // namespace haptic

@@ -60,7 +60,7 @@ HAPTICD_API hapticd_result hapticd_arm(hapticd_session* session);
 HAPTICD_API hapticd_result hapticd_disarm(hapticd_session* session);
 HAPTICD_API hapticd_result hapticd_pause(hapticd_session* session);
 HAPTICD_API hapticd_result hapticd_resume(hapticd_session* session);
-// What `hapt status --json` prints. The text is valid until the next call with the session.
+// The text is that of `hapt status --json`, valid until the next call with the session.
 HAPTICD_API hapticd_result hapticd_status(hapticd_session* session, const char** json);
 // Any line as `hapt` sends it, as "clear-fault" or "stop". The answer, which may be NULL, is valid
 // likewise.
@@ -117,7 +117,7 @@ typedef struct hapticd_wrench {
   double t[3];  // [N·m]
 } hapticd_wrench;
 
-// Of HAPTICD_SERVO. The numbers of flags and codes are those of proto/wire/wire.h.
+// A record of HAPTICD_SERVO. The numbers of flags and codes are those of proto/wire/wire.h.
 typedef struct hapticd_servo {
   uint32_t size;
   uint32_t flags;               // ServoFlag
@@ -138,7 +138,7 @@ typedef struct hapticd_servo {
   uint32_t fault;               // Fault
 } hapticd_servo;
 
-// Of HAPTICD_CONTACT.
+// A record of HAPTICD_CONTACT.
 typedef struct hapticd_contact_set {
   uint32_t size;
   uint32_t flags;       // ContactFlag
@@ -163,7 +163,7 @@ typedef struct hapticd_contact {
   uint64_t feature;          // of the mesh: 2 bits kind (0 face, 1 edge, 2 vertex), then its index
 } hapticd_contact;
 
-// Of HAPTICD_SIM.
+// A record of HAPTICD_SIM.
 typedef struct hapticd_scene {
   uint32_t size;
   uint32_t flags;
@@ -173,7 +173,8 @@ typedef struct hapticd_scene {
   uint32_t n_hands;
 } hapticd_scene;
 
-// Of HAPTICD_SIM; of HAPTICD_CONTACT it has the pose of the query and the clearance alone.
+// An object of a record of HAPTICD_SIM; one of HAPTICD_CONTACT has the pose of the query and the
+// clearance alone.
 typedef struct hapticd_object {
   uint32_t size;
   uint32_t mover;      // who moves it: 0 sim, 1 + k the client k
@@ -183,7 +184,7 @@ typedef struct hapticd_object {
   double clearance;    // [m] for how far it is surely free of a 6-DoF tool; 0: unknown
 } hapticd_object;
 
-// Of HAPTICD_CONTROL.
+// A record of HAPTICD_CONTROL.
 typedef struct hapticd_control {
   uint32_t size;
   uint32_t armed;

@@ -6,19 +6,16 @@
 #include <algorithm>
 
 #include "proto/os/message.h"
+#include "proto/wire/scene_pose.h"
 
 namespace haptic {
 namespace {
-
-constexpr double seconds(int64_t ns) {
-  return static_cast<double>(ns) * 1e-9;
-}
 
 /// The counters of an object at an instant: the impulse stays as it was at the frame's.
 ObjectPush counted(const ServoFrame& frame, uint32_t response, int64_t t_ns) {
   if (response >= frame.pushes.size()) return {};
   ObjectPush push = frame.pushes[response];
-  push.impulse_time_W = push.impulse_time_W + seconds(t_ns - frame.t_ns) * push.impulse_W;
+  push.impulse_time_W = push.impulse_time_W + seconds_of(t_ns - frame.t_ns) * push.impulse_W;
   return push;
 }
 
@@ -82,7 +79,7 @@ GivenPush Giver::pushed(uint32_t object) {
   const uint32_t response =
       object < scene_.objects.size() ? scene_.objects[object].response : kNoResponse;
   GivenPush out;
-  const double span = used.t_ns != 0 ? seconds(instant_ns_ - used.t_ns) : 0;
+  const double span = used.t_ns != 0 ? seconds_of(instant_ns_ - used.t_ns) : 0;
   Wrench impulse_W, lack_W;
   for (size_t h = 0; h < hands_.size(); ++h) {
     if (!hands_[h].any) continue;

@@ -445,12 +445,13 @@ void set_giving(const GivenModel& model, GivenState& state, uint32_t client, uin
   HAPTIC_ASSERT(client < state.clients.size());
   GivenClientState& known = state.clients[client];
   if (generation == known.generation) return;
-  const uint64_t n_taken = known.n_taken;
-  const int64_t cut_until_ns = known.cut_until_ns;
-  known = {};
+  // the name has given that power, whoever bears it
+  GivenClientState fresh;
+  fresh.power = known.power;
+  fresh.cut_until_ns = known.cut_until_ns;
+  fresh.n_taken = known.n_taken;
+  known = fresh;
   known.generation = generation;
-  known.n_taken = n_taken;
-  known.cut_until_ns = cut_until_ns;
   known.age.closed = true;
   known.age.weight = 0;
   known.is_attached = generation != 0;
@@ -498,15 +499,13 @@ void step_given(const GivenModel& model, GivenState& state,
   // beyond it, readers have let the objects stand
   const double dt = seconds_of(std::clamp<int64_t>(frame.t_ns - last_ns, 0, kExtrapolationNs));
   const auto pushes = take_all(state, model, hands);
-  std::array<double, kMostClients> weights{};
   for (uint32_t c = 0; c < model.clients.size(); ++c) {
-    weights[c] = weight_of(model.clients[c], state.clients[c], frame.t_ns, dt);
-    state.clients[c].weight = weights[c];
+    state.clients[c].weight = weight_of(model.clients[c], state.clients[c], frame.t_ns, dt);
   }
   for (size_t k = 0; k < model.objects.size(); ++k) {
-    const uint32_t client = model.objects[k].client;
+    const GivenClientState& client = state.clients[model.objects[k].client];
     GivenObjectState& object = state.objects[k];
-    let_in(object, weights[client], frame.t_ns < state.clients[client].cut_until_ns, dt);
+    let_in(object, client.weight, frame.t_ns < client.cut_until_ns, dt);
     move(state, k, pushes[k], dt);
     if (!is_finite(shown(object).X_WO) || !is_finite(shown(object).V_WO)) forget(model, state, k);
     object.work = 0;

@@ -30,7 +30,8 @@
 ///            purse pays (guarded_model.h). An object that does not answer a push closes no loop:
 ///            it follows by all of the gap
 ///   bound    with right M, K, D the loop through the client is stable at any stiffness up to
-///            5000 N/m from 10 Hz on; wrong ones give the hand no more than a purse
+///            5000 N/m from 30 Hz on (tests/sim/given/lifted_loop_test.cpp); wrong ones give the
+///            hand no more than a purse
 namespace haptic {
 
 /// A client as the session file has it.

@@ -55,6 +55,11 @@ void GuardedModel::say(const GivenMotion& said) {
   mass_ = mass_of_mobility(said.mobility);
 }
 
+/// The purse decides: it is touched, and its client does not state that it drives it.
+bool GuardedModel::is_bound() const {
+  return since_touched_ < kApart && !(said_.power > 0);
+}
+
 Wrench GuardedModel::norm_at(const Pose& X_WO) const {
   return g_W_ + -(K0_ * way_between(X_ref_, X_WO));
 }
@@ -137,7 +142,6 @@ void GuardedModel::advance(const Wrench& force_W, double dt) {
 /// A step's share of what is left of the correction, as far as the purse pays.
 void GuardedModel::take_correction(const HandsOnObject& hands, double dt, double trust) {
   if (ticks_left_ == 0) return;
-  const bool is_bound = since_touched_ < kApart && !(said_.power > 0);
   StateGap part{1.0 / ticks_left_ * left_.way, 1.0 / ticks_left_ * left_.velocity};
   left_ = {left_.way - part.way, left_.velocity - part.velocity};
   --ticks_left_;
@@ -146,7 +150,7 @@ void GuardedModel::take_correction(const HandsOnObject& hands, double dt, double
   const Wrench held = Mat6{said_.stiffness} * left_.way + Mat6{said_.damping} * left_.velocity;
   left_.velocity = left_.velocity - dt * moved_by(said_.mobility, held);
   const double asked = hands.stiffness * size_of(part.way);
-  if (is_bound) {
+  if (is_bound()) {
     const double k = std::max(hands.stiffness, 1.0);
     part.way = cut(k * size_of(part.way), trust * kSlew * dt) * part.way;
     part.velocity = cut(size_of(mass_ * part.velocity), trust * kSpeedSlew * dt) * part.velocity;
@@ -159,11 +163,11 @@ void GuardedModel::take_correction(const HandsOnObject& hands, double dt, double
       dot(mass_ * at_.V_WO, part.velocity) - dot(norm_at(at_.X_WO), part.way) + to_spring;
   const double b = 0.5 * dot(mass_ * part.velocity, part.velocity) +
                    0.5 * dot(K0_ * part.way, part.way) + spring_curve;
-  const double h = is_bound ? affordable(a, b, std::max(0.0, purse_)) : 1;
+  const double h = is_bound() ? affordable(a, b, std::max(0.0, purse_)) : 1;
   const double cost = a * h + b * h * h;
   purse_ -= cost;
   paid_ = cost;
-  if (is_bound) {
+  if (is_bound()) {
     asked_ += asked;
     done_ += h * hands.stiffness * size_of(part.way);
   }
@@ -183,12 +187,11 @@ void GuardedModel::keep_apart(double dt) {
 }
 
 void GuardedModel::follow(const HandsOnObject& hands, double dt) {
-  const bool is_touched = since_touched_<kApart, drives = said_.power> 0;
-  const double trust = is_touched && !drives ? std::clamp(1 + purse_ / kTrust, 0.0, 1.0) : 1;
+  const double trust = is_bound() ? std::clamp(1 + purse_ / kTrust, 0.0, 1.0) : 1;
   Wrench to_go = stated_at(at_.X_WO) + -norm_at(at_.X_WO) + -extra_W_;
   to_go = 1.0 / std::max(1, ticks_left_) * to_go;
-  const bool is_bound = is_touched && !drives;
-  extra_W_ = extra_W_ + (is_bound ? cut(size_of(to_go), trust * kSlew * dt) : 1) * to_go;
+  const double share = is_bound() ? cut(size_of(to_go), trust * kSlew * dt) : 1;
+  extra_W_ = extra_W_ + share * to_go;
   take_correction(hands, dt, trust);
 }
 

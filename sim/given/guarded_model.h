@@ -58,6 +58,7 @@ class GuardedModel {
   void step(const HandsOnObject& hands, double dt);
 
  private:
+  bool is_bound() const;
   Wrench norm_at(const Pose& X_WO) const;
   Wrench stated_at(const Pose& X_WO) const;
   double own_energy() const;

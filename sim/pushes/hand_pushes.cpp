@@ -24,17 +24,17 @@ void copy_counters(SeenCounters& seen, const ServoFrame& frame) {
   }
 }
 
-bool is_finite(const ServoFrame& frame) {
+}  // namespace
+
+bool has_finite_counters(const ServoFrame& frame) {
   return std::ranges::all_of(frame.pushes, [](const ObjectPush& push) {
     return is_finite(push.impulse_W) && is_finite(push.impulse_time_W);
   });
 }
 
-}  // namespace
-
 NewPushes take_pushes(SeenCounters& seen, const ServoFrame& frame, int64_t from_ns) {
   NewPushes pushes{};
-  if (!is_finite(frame) || frame.t_ns == 0) return pushes;
+  if (!has_finite_counters(frame) || frame.t_ns == 0) return pushes;
   if (seen.t_ns == 0 || frame.impulses_since_ns != seen.since_ns) {
     copy_counters(seen, frame);
     return pushes;
@@ -56,7 +56,7 @@ NewPushes take_pushes(SeenCounters& seen, const ServoFrame& frame, int64_t from_
 void forget_pushes(SeenCounters& seen, const ServoFrame& frame, const SceneFrame& last,
                    uint32_t hand) {
   HAPTIC_ASSERT(hand < last.n_hands);
-  if (!is_finite(frame) || frame.t_ns == 0) return;
+  if (!has_finite_counters(frame) || frame.t_ns == 0) return;
   copy_counters(seen, frame);
   const size_t n = last.n_hands > 0 ? last.seen.size() / last.n_hands : 0;
   for (size_t k = 0; k < std::min(n, seen.pushes.size()); ++k) {

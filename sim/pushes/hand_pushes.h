@@ -24,6 +24,9 @@ struct NewPush {
 };
 using NewPushes = std::array<NewPush, kMaxBodies>;  // by response
 
+/// Every counter of the frame is finite.
+bool has_finite_counters(const ServoFrame& frame);
+
 /// Takes the counters of a frame over. `from_ns`: instant of the last scene. Counters of another
 /// servo, or that are not finite, begin anew and push nothing.
 NewPushes take_pushes(SeenCounters& seen, const ServoFrame& frame, int64_t from_ns);

@@ -3,16 +3,9 @@
 
 #include <algorithm>
 
+#include "sim/pushes/hand_pushes.h"
+
 namespace haptic {
-namespace {
-
-bool has_finite_counters(const ServoFrame& frame) {
-  return std::ranges::all_of(frame.pushes, [](const ObjectPush& push) {
-    return haptic::is_finite(push.impulse_W) && haptic::is_finite(push.impulse_time_W);
-  });
-}
-
-}  // namespace
 
 PushHistory::PushHistory(size_t n_objects, size_t first_response)
     : n_objects_(n_objects),

@@ -9,13 +9,13 @@ import socket
 import time
 import weakref
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Optional, Type, Union
+from typing import Optional, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _hapticd
+from ._closing import Closing
 from ._records import dtype
 
 Vector = npt.NDArray[np.float64]
@@ -137,7 +137,7 @@ def _quaternion_of(rotation: npt.ArrayLike) -> Vector:
 _givers: "weakref.WeakSet[Giver]" = weakref.WeakSet()
 
 
-class Giver:
+class Giver(Closing):
     """A client that moves objects of a session, from ``Session.give``.
 
     The hand feels what it says at once, and what is pushed comes back here: integrate the object
@@ -151,17 +151,6 @@ class Giver:
         self.late_periods = 0
         self._giving: Optional[_hapticd.Giving] = _hapticd.Giving(session, name)
         _givers.add(self)
-
-    def __enter__(self) -> "Giver":
-        return self
-
-    def __exit__(
-        self,
-        kind: Optional[Type[BaseException]],
-        error: Optional[BaseException],
-        trace: Optional[TracebackType],
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Leaves the session; the force of what it moved fades."""

@@ -9,12 +9,12 @@ import time
 import warnings
 import weakref
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Dict, List, Optional, Tuple, Type, TypeVar
 
 import numpy as np
 
 from . import _hapticd
+from ._closing import Closing
 from ._records import Array, ContactLists, SceneLists, ServoLists, WithLists, dtype
 from .giver import Giver
 
@@ -171,7 +171,7 @@ class ControlFrames(Frames):
 _Kind = TypeVar("_Kind", bound=Frames)
 
 
-class Session:
+class Session(Closing):
     """A running session, as ``connect`` finds it. It is watched through shared memory that can
     only be read, so that a program that hangs or crashes cannot disturb the hand."""
 
@@ -179,17 +179,6 @@ class Session:
         #: Its name.
         self.name: str = Path(_hapticd.find(session)).stem
         self._open: List["weakref.ref[Any]"] = []
-
-    def __enter__(self) -> "Session":
-        return self
-
-    def __exit__(
-        self,
-        kind: Optional[Type[BaseException]],
-        error: Optional[BaseException],
-        trace: Optional[TracebackType],
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Closes the rings and leaves; objects that this program moves fade."""

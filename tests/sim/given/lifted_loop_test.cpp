@@ -104,6 +104,11 @@ TEST_CASE("given: right statements are stable at any coupling, whatever mass and
   }
 }
 
+TEST_CASE("given: at 10 Hz they are as stable") {
+  CHECK(radius({5000, 0.02, 500, 100, 0.1, true}) < 1 + 1e-9);
+  CHECK(radius({5000, 0.5, 5000, 100, 0.1, true}) < 1 + 1e-9);
+}
+
 TEST_CASE("given: to take over all of the gap at once is not stable beyond the bound") {
   // 20 g on 500 N/m at 30 Hz: 2 (M/T² + √(KM)/T) is 230 N/m
   CHECK(radius({200, 0.02, 500, 33, 1, false}) < 1);
