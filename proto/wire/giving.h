@@ -9,10 +9,10 @@
 namespace haptic {
 
 /// Why frames of a client are refused, and how to mend it; by GiverRefusal.
-inline constexpr std::array<std::string_view, 10> kGiverRefusals{
+inline constexpr std::array<std::string_view, 11> kGiverRefusals{
     "",
     "a number is not finite, or a quaternion has not length 1",
-    "it moves an object that it may not; name it in 'may' of its [[client]]",
+    "it gives what it may not; see 'may' of its [[client]]",
     "its frames go back in time, come from the future, or are older than 0.5 s",
     "it has used a servo tick that has not been, goes back, or is long ago",
     "a matrix is not symmetric, or has a negative direction",
@@ -20,7 +20,8 @@ inline constexpr std::array<std::string_view, 10> kGiverRefusals{
     "an object moves by itself faster than 1000 rad/s, or is stiffer than 10 kN/mm; state less "
     "stiffness or more mass",
     "a pose, speed or acceleration is beyond all hands",
-    "its power is beyond max_power of its [[client]]"};
+    "its power is beyond max_power of its [[client]]",
+    "a plane has no unit normal, a negative number, or an object or hand that there is not"};
 
 constexpr std::string_view words_of(GiverRefusal refusal) {
   const auto number = static_cast<size_t>(refusal);
@@ -33,7 +34,7 @@ struct GiverFlagRow {
   std::string_view words;
 };
 inline constexpr std::array<GiverFlagRow, 3> kGiverFlags{
-    {{kGiverLate, "late: what it moves is not felt"},
+    {{kGiverLate, "late: what it gives is not felt"},
      {kGiverSoftened, "held back: an object answers otherwise than it says"},
      {kGiverCut, "cut for a second: it gave the hand more power than max_power"}}};
 

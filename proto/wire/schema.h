@@ -63,6 +63,13 @@ struct Schema;
 #define HAPTIC_ROS_JointState "haptic_msgs/JointState"
 #define HAPTIC_ROS_GiverState "haptic_msgs/GiverState"
 #define HAPTIC_ROS_GivenMotion "haptic_msgs/GivenMotion"
+#define HAPTIC_ROS_FeltClient "haptic_msgs/FeltClient"
+#define HAPTIC_ROS_ToolWrench "haptic_msgs/ToolWrench"
+#define HAPTIC_ROS_AppliedWrench "haptic_msgs/AppliedWrench"
+#define HAPTIC_ROS_GivenWrench "haptic_msgs/GivenWrench"
+#define HAPTIC_ROS_GivenPlane "haptic_msgs/GivenPlane"
+#define HAPTIC_ROS_DrawnPoint "haptic_msgs/DrawnPoint"
+#define HAPTIC_ROS_DrawnLine "haptic_msgs/DrawnLine"
 
 #define RECORD(record, writer, doc)                                      \
   template <>                                                            \

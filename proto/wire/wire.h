@@ -27,7 +27,11 @@ inline constexpr uint32_t kMaxGuideRows = 40;      // beside them
 inline constexpr uint32_t kMaxLocalContacts = 12;  // of them, those that may have a compliance
 inline constexpr uint32_t kMostClients = 8;        // of a session, that give
 inline constexpr uint32_t kMostGivenMoves = 16;    // objects that one of them moves
-inline constexpr uint32_t kAbiMajor = 12;          // raise it when any struct below changes
+inline constexpr uint32_t kMostGivenPlanes = 24;   // that it gives
+inline constexpr uint32_t kMostWrenches = 16;      // beside the contacts of a ContactSet
+inline constexpr uint32_t kMostPiecePoints = 2048, kMostPieceLines = 512;  // of a DrawnPiece
+inline constexpr uint32_t kNoObject = kMaxObjects;                         // the world itself
+inline constexpr uint32_t kAbiMajor = 12;  // raise it when any struct below changes
 inline constexpr uint32_t kAbiMinor =
     0;  // raise it when a field gets a new meaning that old readers may ignore
 
@@ -97,8 +101,7 @@ enum ContactFlag : uint32_t {
   kContactTruncated = 1u << 2,       // more facets than a query, a leg or the set can hold
   kContactNoFreePose = 1u << 3,      // no free proxy pose found: the planes must not be rendered
   kContactNoDetector = 1u << 5,      // the session lacks the tool or the maps for this renderer
-  kContactGiven = 1u << 6,           // a client's wrench is part of F0_W, K and B
-  kContactField = 1u << 7,           // so is that of a field
+  kContactGiven = 1u << 6,           // a client's wrench or planes are in the set
 };
 
 inline constexpr uint32_t kNoResponse = 0xffff'ffff;  // SceneObject::response
@@ -119,6 +122,7 @@ enum class GiverRefusal : uint32_t {
   kTooStiff = 7,      // its own motion is faster than the model can follow
   kTooFast = 8,       // beyond the largest speed, acceleration or distance
   kTooStrong = 9,     // driven by more than its client's max_power
+  kNoPlane = 10,      // a plane without a unit normal, or on no object
 };
 
 /// GiverState::flags.
@@ -192,6 +196,13 @@ static_assert(decltype(SceneFrame::seen)::capacity() == kMaxBodies * kMostHands)
 static_assert(decltype(SceneFrame::world_pushes)::capacity() == kMaxBodies);
 static_assert(decltype(SceneFrame::givers)::capacity() == kMostClients);
 static_assert(decltype(GivenFrame::moves)::capacity() == kMostGivenMoves);
+static_assert(decltype(GivenFrame::pushes)::capacity() == kMostHands);
+static_assert(decltype(GivenFrame::planes)::capacity() == kMostGivenPlanes);
+static_assert(decltype(DrawnPiece::points)::capacity() == kMostPiecePoints);
+static_assert(decltype(DrawnPiece::lines)::capacity() == kMostPieceLines);
+static_assert(decltype(ServoFrame::felt)::capacity() == kMostClients);
+static_assert(decltype(ContactSet::wrenches)::capacity() == kMostWrenches);
+static_assert(decltype(ContactSet::givers)::capacity() == kMostClients);
 static_assert(decltype(ServoFrame::pushes)::capacity() == kMaxBodies);
 static_assert(decltype(ContactSet::objects)::capacity() == kMaxObjects);
 static_assert(decltype(ContactSet::contacts)::capacity() == kMaxContacts);

@@ -75,7 +75,6 @@ class ContactFlag(IntFlag):
     NO_FREE_POSE = 1 << 3
     NO_DETECTOR = 1 << 5
     GIVEN = 1 << 6
-    FIELD = 1 << 7
 
 
 class GiverRefusal(IntEnum):
@@ -91,6 +90,7 @@ class GiverRefusal(IntEnum):
     TOO_STIFF = 7
     TOO_FAST = 8
     TOO_STRONG = 9
+    NO_PLANE = 10
 
 
 class GiverFlag(IntFlag):

@@ -2,6 +2,7 @@
 #include "proto/config/read/config_client.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,14 @@ namespace {
 constexpr Range kForces{0, 50, true};        // [N]; more than any device has
 constexpr Range kPowers{0, 20};              // [W]; more than any device gives
 constexpr std::string_view kMove = "move ";  // begins a right, before the name of an object
-constexpr const char* kRights = "may = [\"move cup\"]";
+constexpr const char* kRights = "may = [\"move cup\", \"push\"]";
+
+struct RightName {
+  std::string_view name;
+  ClientRight right;
+};
+constexpr std::array<RightName, 3> kRightNames{
+    {{"push", kMayPush}, {"touch", kMayTouch}, {"draw", kMayDraw}}};
 
 /// The object that a right names.
 uint32_t moved_object(Section& section, const std::string& right, const SessionConfig& config) {
@@ -62,8 +70,14 @@ void check_number_of_pushed(Section& section, const SessionConfig& config) {
 
 void read_right(Section& section, const std::string& right, SessionConfig& config) {
   ClientConfig& client = config.clients[config.n_clients];
+  const auto named = std::ranges::find(kRightNames, right, &RightName::name);
+  if (named != kRightNames.end()) {
+    client.may |= named->right;
+    return;
+  }
   if (!right.starts_with(kMove)) {
-    section.fail_at("may", "has the right '" + shown(right) + "'; write \"move OBJECT\"");
+    section.fail_at("may", "has the right '" + shown(right) +
+                               "'; write \"move OBJECT\", \"push\", \"touch\" or \"draw\"");
   }
   const uint32_t object = moved_object(section, right, config);
   check_free(section, config, object);
@@ -94,7 +108,7 @@ void read_client(Section& section, SessionConfig& config) {
   }
   std::vector<std::string> rights;
   section.require("may", kRights);
-  section.read_texts("may", kMostGivenMoves, kRights, rights);
+  section.read_texts("may", kMostGivenMoves + kRightNames.size(), kRights, rights);
   for (const std::string& right : rights) read_right(section, right, config);
   section.read_all({{"max_force", kForce, kForces, client.max_force},
                     {"max_power", kPower, kPowers, client.max_power}});

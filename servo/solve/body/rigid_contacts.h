@@ -12,7 +12,6 @@ namespace haptic {
 inline constexpr size_t kMaxCarrying = 6;  // rows that carry a motion, see least_constraint
 // programs after which no round of friction begins: a jam is given up; the last one may take more
 inline constexpr int kMaxFrictionSolves = 40;
-inline constexpr uint32_t kNoObject = kMaxObjects;  // the world itself carries
 
 /// A contact of a tool that never enters an object, the tool at X_WG. The weight is the share that
 /// is left of what the hand violates it by.
