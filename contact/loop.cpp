@@ -88,12 +88,47 @@ class FrameClock {
   uint64_t index_ = 0;
 };
 
+/// The rings of the clients that may push or touch.
+class GivenInboxes {
+ public:
+  explicit GivenInboxes(Child<ContactChannels>& child)
+      : controls_(child.ring<&ControlChannels::frames>(Start::kOldest)) {
+    for (const GivenTouchModel::Client& known : build_given_touch(child.config()).clients) {
+      inboxes_.push_back(
+          {known.client, child.ring<&ClientChannels::frames>(Start::kNewest, known.client)});
+    }
+  }
+
+  void take(const GivenTouchModel& model, GivenTouchState& state, int64_t t_ns) {
+    controls_.latest(control_);
+    for (size_t k = 0; k < inboxes_.size(); ++k) {
+      auto& [client, frames] = inboxes_[k];
+      HeardClient& heard = state.clients[k].heard;
+      heard.follow(control_.giving[client]);
+      // a client that floods costs no more than one that does not
+      if (!heard.is_due(t_ns) || !frames.latest(frame_)) continue;
+      see_client(model, state, k, frames.item_generation(), frame_, t_ns);
+    }
+  }
+
+ private:
+  struct Inbox {
+    uint32_t client;
+    RingSource<&ClientChannels::frames> frames;
+  };
+  RingSource<&ControlChannels::frames> controls_;
+  std::vector<Inbox> inboxes_;
+  ControlFrame control_{};
+  GivenFrame frame_{};
+};
+
 }  // namespace
 
 int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
   Child<ContactChannels> child(arguments);
   auto hand = child.ring<&ServoChannels::frames>(Start::kNewest);
   auto scenes = child.ring<&SimChannels::frames>(Start::kOldest);
+  GivenInboxes given(child);
   const BakedSession baked = bake_told(child.config());
   const ContactModel model = build_contact_model(child.config(), baked.shapes());
   auto state = std::make_unique<ContactState>(model);
@@ -112,6 +147,7 @@ int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
     // reading frees the segments of writers that have died
     any_scene |= scenes.latest(scene);
     hand.latest(question);
+    given.take(model.given, state->given, now_ns());
   };
   if (!await_turn(arguments.spare_fd, look)) return kExitClean;
   child.offer();
@@ -123,6 +159,7 @@ int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
     if (!hand.latest(question)) continue;
 
     const int64_t start_ns = now_ns();
+    given.take(model.given, state->given, start_ns);
     ContactSet answer = contact_step(model, *state, question, any_scene ? &scene : nullptr);
     answer.busy_ns = now_ns() - start_ns;
     publish(child, answer);

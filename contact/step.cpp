@@ -72,7 +72,8 @@ bool is_usable(const ServoFrame& servo, const PointScene& now) {
 
 }  // namespace
 
-ContactState::ContactState(const ContactModel& model) : renderer(model.renderer) {
+ContactState::ContactState(const ContactModel& model)
+    : renderer(model.renderer), given(begin_given_touch(model.given)) {
   // a question that is not usable makes what the detector keeps, before the first real one
   const ServoFrame servo{};
   const PointScene now = scene_at(model, nullptr, servo, 0);
@@ -117,6 +118,7 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   }
   if (seizes && !state.grasp.holds()) seize(state.grasp, model, servo, set);
   if (state.grasp.holds()) report_grasp(state.grasp, model, set);
+  add_given(model.given, state.given, hand, state.grasp.object, set);
   if ((set.flags & (kContactReseeded | kContactNoFreePose)) != 0) ++state.reseeds;
   set.reseeds = state.reseeds;
   return set;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "contact/detect/detector.h"
+#include "contact/given/given_touch.h"
 #include "contact/grasp.h"
 #include "proto/config/config.h"
 #include "proto/wire/behind.h"
@@ -23,6 +24,7 @@ struct ContactState {
   AnyDetector detector;  // of the last question's renderer
   Renderer renderer{};
   Grasp grasp;
+  GivenTouchState given;  // by clients
   uint64_t seq = 0;
   uint64_t reseeds = 0;
   int64_t last_answered_ns = 0;

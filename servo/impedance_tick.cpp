@@ -31,12 +31,13 @@ Outcome impedance_tick(const ServoModel& model, ServoState& state, const ServoIn
   out.tool = start.sample.usable ? tool_at(model, state, start.sample.device, state.X_WT)
                                  : Tool{state.X_WT, {}};
   out.X_WG = out.tool.X_WT;
+  if (state.started) note_work(model, way_between(state.X_WT, out.tool.X_WT), state.clients);
   // contacts where the objects are now, as far as their age allows
   out.touch = touch_of(model, state, input, out.tool, state.coupling, start.age.weight);
 
   const Rendered& rendered = out.touch.rendered;
   SafetyInput safety = start.safety;
-  safety.F_B = device_wrench(model.map, X_BH, rendered.F_W);
+  safety.F_B = device_wrench(model.map, X_BH, rendered.F_W + out.touch.clients.wrenches_W);
   safety.force_closed |= out.tool.is_clutched;
   safety.contacts_finite = rendered.finite;
   safety.fading = (start.age.flags & (kServoFading | kServoStale)) != 0;

@@ -51,6 +51,9 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     model.materials.of_object[i] = config.objects[i].material;
   }
+  for (uint32_t c = 0; c < config.n_clients; ++c) {
+    model.clients[c] = {config.clients[c].max_force, config.clients[c].max_power};
+  }
   model.proxy = config.proxy;
   model.constrained6.solver = config.rigid.solver;
   model.soft = soft_model(config);

@@ -10,8 +10,8 @@ namespace haptic {
 namespace {
 
 /// Writes the frame of a tick whose values are all known.
-ServoFrame frame_of(const ServoState& state, const ServoInput& input, const TickStart& start,
-                    const Outcome& outcome, uint32_t flags) {
+ServoFrame frame_of(const ServoModel& model, const ServoState& state, const ServoInput& input,
+                    const TickStart& start, const Outcome& outcome, uint32_t flags) {
   ServoFrame frame{};
   frame.tick = input.tick;
   frame.t_ns = input.t_ns;
@@ -51,6 +51,9 @@ ServoFrame frame_of(const ServoState& state, const ServoInput& input, const Tick
 
   const size_t n_pushed = input.scene != nullptr ? input.scene->responses.size() : 0;
   frame.pushes.assign(std::span(state.pushes.objects).first(n_pushed));
+  if (input.contacts != nullptr) {
+    note_felt(model, state.clients, outcome.touch.clients, *input.contacts, frame);
+  }
   frame.forgotten_impulse_W = state.pushes.forgotten_W;
   frame.impulses_since_ns = state.pushes.since_ns;
   return frame;
@@ -75,7 +78,8 @@ ServoFrame settle(const ServoModel& model, ServoState& state, const ServoInput& 
   const Vec3 at_W = is_body ? (X_WP * inverse(model.map.X_HT)).p : X_WP.p;
   note_pushes(state.pushes, {input.scene, touch.scene, touch.rendered, at_W, outcome.safe.felt},
               model.dt);
-  const ServoFrame frame = frame_of(state, input, start, outcome, flags);
+  keep_felt(touch.clients, outcome.safe.felt, state.clients);
+  const ServoFrame frame = frame_of(model, state, input, start, outcome, flags);
   state.started = state.started || start.sample.usable;
   state.t_ns = input.t_ns;
   if (start.sample.usable) state.X_WT = frame.X_WT;

@@ -8,6 +8,7 @@
 #include "servo/admittance/energy_ledger.h"
 #include "servo/admittance/following.h"
 #include "servo/admittance/seen_space.h"
+#include "servo/given/felt_clients.h"
 #include "servo/pushes.h"
 #include "servo/render/any_solver.h"  // made of the renderers' lines: renderer_types.cmake
 #include "servo/render/grasped.h"
@@ -67,6 +68,7 @@ struct ServoState {
   RenderState render;                     // the solver in use
   GraspState grasp;
   LightBodies light;
+  FeltClientsState clients;
   Age age;
   Pace pace;
   BehindSince behind;
@@ -134,6 +136,7 @@ inline Tool tool_at(const ServoModel& model, ServoState& state, const DeviceStat
 struct Touch {
   TickScene scene;    // where the objects are, and what the hand holds of them
   Rendered rendered;  // before safety
+  FeltOfClients clients;
   Coupling coupling;  // by which it is rendered
   Twist V_WP;         // of the proxy
   double depth = 0;   // of the tool below it [m]

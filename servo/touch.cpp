@@ -27,11 +27,12 @@ TickScene scene_of(const ServoState& state, const ServoInput& input, double weig
     scene.X_WO.push_back(object_pose_at(*input.scene, i, input.t_ns, unseen));
     scene.V_WO.push_back(object_twist_at(*input.scene, i, input.t_ns, unseen));
   }
-  const size_t n_seen = input.contacts != nullptr ? input.contacts->objects.size() : 0;
-  for (size_t i = n_moved; i < n_seen; ++i) {
+  if (input.contacts == nullptr) return scene;
+  for (size_t i = n_moved; i < input.contacts->objects.size(); ++i) {
     scene.X_WO.push_back(input.contacts->objects[i].X_WO);
     scene.V_WO.push_back({});
   }
+  scene.place_surfaces(*input.contacts);
   return scene;
 }
 
@@ -91,10 +92,14 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
   Rendered rendered = rendered_by(renderer->id, model, question, state.render);
   add_hold(hold, question, rendered);
   // the body of an admittance device stops where the scene does: all that it loses is the object's
-  if (!model.admittance &&
-      soften_towards_light(model, question, input.scene, state.light, rendered)) {
+  if (model.admittance) return rendered;
+  KeptShares shares(rendered.push_W.size(), 1.0);
+  if (soften_towards_light(model, question, input.scene, rendered, state.light, shares)) {
     touch.flags |= kServoSoftened;
   }
+  keep_surfaces(model, state.clients, touch.scene, rendered, shares);
+  touch.clients = felt_of_clients(model, state.clients, question, shares, rendered);
+  keep(shares, touch.scene, rendered);
   return rendered;
 }
 
@@ -113,7 +118,8 @@ Touch touch_of(const ServoModel& model, ServoState& state, const ServoInput& inp
   touch.scene = scene_of(state, input, weight);
   touch.coupling = coupling;
   touch.rendered = solve_proxy(model, state, input, tool, coupling, touch);
-  const Rendered& rendered = touch.rendered;
+  Rendered& rendered = touch.rendered;
+  rendered.finite &= touch.clients.finite;
   if (!rendered.converged) touch.flags |= kServoSolverLimit;
   if (rendered.n_pushing > 0) touch.flags |= kServoContact;
   touch.V_WP = rendered.V_WP ? *rendered.V_WP : velocity_since(state, rendered.X_WP, input.t_ns);

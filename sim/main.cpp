@@ -61,6 +61,8 @@ struct ClientInboxes {
   void take(const SimModel& model, SimState& state, const ControlFrame& control, int64_t t_ns) {
     for (Inbox& inbox : inboxes) {
       set_giving(model.given, state.given, inbox.client, control.giving[inbox.client]);
+      // a client that floods costs no more than one that does not
+      if (!state.given.clients[inbox.client].heard.is_due(t_ns)) continue;
       if (!inbox.frames.latest(frame)) continue;
       see_client(model.given, state.given, inbox.client, inbox.frames.item_generation(), frame,
                  t_ns);

@@ -224,7 +224,7 @@ HAPTICD_API hapticd_result hapticd_frames_list(hapticd_frames* frames, const cha
                                                const void** values, size_t* count,
                                                size_t* size_of_one);
 
-// --- moving objects ------------------------------------------------------------------------------
+// --- giving --------------------------------------------------------------------------------------
 
 // What the hands have pushed an object with, as the force that is linear in time and has the same
 // impulse and the same integral of it: mean + (t − span/2) · slope, about the object's origin, in
@@ -254,10 +254,37 @@ typedef struct hapticd_motion {
   double power;                  // [W] of what drives it, at most its client's max_power
 } hapticd_motion;
 
+// A wrench on a hand's tool at its origin, in W, which may pull: F = F0 + K (X - X_WT) - B V. K and
+// B row by row, moving first, then turning.
+typedef struct hapticd_tool_wrench {
+  uint32_t size;
+  uint32_t hand;        // index in the session file
+  hapticd_pose X_WT;    // pose of the tool that F0 is for
+  hapticd_wrench F0_W;  // of a tool at rest there
+  double K[36];  // its derivative by the tool's motion, symmetric; of a spring it is negative
+  double B[36];  // by which the tool is braked
+  double trust_radius;  // [m] from X_WT within which K is right; the wrench stays beyond
+} hapticd_tool_wrench;
+
+// A plane that a hand's tool does not pass: n·(tool point - point) >= 0.
+typedef struct hapticd_plane {
+  uint32_t size;
+  uint32_t hand;
+  uint32_t object;         // that it is on, index in the scene; HAPTICD_WORLD: none
+  uint32_t reserved;       // zero
+  double tool_point_T[3];  // [m] on the tool, in its frame
+  double point_O[3];       // [m] on the plane, in the object's frame
+  double normal_O[3];      // of length 1, towards the tool
+  double extent;           // [m] radius around the point in which it holds; 0: no bound
+  double stiffness;        // [N/m] where the tool may enter; 0: that of the session's contacts
+  uint64_t feature;        // an id of yours
+} hapticd_plane;
+#define HAPTICD_WORLD 256u
+
 // Becomes the client that a [[client]] of the session file names (docs/clients-that-give.md).
 HAPTICD_API hapticd_result hapticd_give(hapticd_session* session, const char* name,
                                         hapticd_giver** giver);
-// What it moves fades.
+// What it gives fades.
 HAPTICD_API void hapticd_giver_close(hapticd_giver* giver);
 // The index of an object that it may move.
 HAPTICD_API hapticd_result hapticd_giver_object(hapticd_giver* giver, const char* name,
@@ -266,7 +293,12 @@ HAPTICD_API hapticd_result hapticd_giver_object(hapticd_giver* giver, const char
 HAPTICD_API hapticd_result hapticd_giver_pushed(hapticd_giver* giver, uint32_t object,
                                                 hapticd_push* push);
 HAPTICD_API hapticd_result hapticd_giver_move(hapticd_giver* giver, const hapticd_motion* motion);
-// Publishes what has been said by _move since the last time.
+// The right "push": a wrench until the next publishing.
+HAPTICD_API hapticd_result hapticd_giver_push(hapticd_giver* giver,
+                                              const hapticd_tool_wrench* push);
+// The right "touch": one of at most 24 planes until the next publishing.
+HAPTICD_API hapticd_result hapticd_giver_touch(hapticd_giver* giver, const hapticd_plane* plane);
+// Publishes what has been said since the last time; wrenches and planes not said again are gone.
 HAPTICD_API hapticd_result hapticd_giver_publish(hapticd_giver* giver);
 
 // Sleeps; C99 alone cannot.

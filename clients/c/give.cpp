@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// C: a client that moves objects.
+// C: a client that gives.
 #include <cmath>
 #include <span>
 #include <type_traits>
@@ -9,6 +9,9 @@
 #include "proto/ipc/sessions.h"
 
 using namespace haptic;
+
+/// Bytes of a struct until behind a field.
+#define HAPTIC_END(type, field) (offsetof(type, field) + sizeof(type::field))
 
 struct hapticd_giver : Handle {
   hapticd_giver(const std::string& session, const std::string& name)
@@ -47,17 +50,17 @@ void check_numbers(const char* name, std::span<const double> numbers) {
   }
 }
 
-Pose checked_pose(const hapticd_pose& given) {
-  check_numbers("X_WO.p", given.p);
-  check_numbers("X_WO.q", given.q);
-  Pose X_WO;
-  copy(given, X_WO);
+Pose checked_pose(const std::string& name, const hapticd_pose& given) {
+  check_numbers((name + ".p").c_str(), given.p);
+  check_numbers((name + ".q").c_str(), given.q);
+  Pose X;
+  copy(given, X);
   const double length = std::hypot(std::hypot(given.q[0], given.q[1], given.q[2]), given.q[3]);
   if (std::abs(length - 1) > kLengthError) {
-    throw BadArgument("X_WO.q has the length " + std::to_string(length) + ", not 1 (x y z w)");
+    throw BadArgument(name + ".q has the length " + std::to_string(length) + ", not 1 (x y z w)");
   }
-  X_WO.q = normalized(X_WO.q);
-  return X_WO;
+  X.q = normalized(X.q);
+  return X;
 }
 
 Twist checked_twist(const char* name, const hapticd_twist& given) {
@@ -71,7 +74,7 @@ Twist checked_twist(const char* name, const hapticd_twist& given) {
 GivenMotion checked_motion(const hapticd_motion& given) {
   GivenMotion motion{};
   motion.object = given.object;
-  motion.X_WO = checked_pose(given.X_WO);
+  motion.X_WO = checked_pose("X_WO", given.X_WO);
   motion.V_WO = checked_twist("V_WO", given.V_WO);
   motion.acceleration_W = checked_twist("acceleration_W", given.acceleration_W);
   check_numbers("mobility", given.mobility);
@@ -84,6 +87,47 @@ GivenMotion checked_motion(const hapticd_motion& given) {
   motion.power = given.power;
   return motion;
 }
+
+GivenWrench checked_wrench(const hapticd_tool_wrench& given) {
+  GivenWrench push{};
+  push.hand = given.hand;
+  push.wrench.X_WT = checked_pose("X_WT", given.X_WT);
+  check_numbers("F0_W.f", given.F0_W.f);
+  check_numbers("F0_W.t", given.F0_W.t);
+  check_numbers("K", given.K);
+  check_numbers("B", given.B);
+  check_numbers("trust_radius", {&given.trust_radius, 1});
+  copy(given.F0_W, push.wrench.F0_W);
+  copy(given.K, push.wrench.K);
+  copy(given.B, push.wrench.B);
+  push.wrench.trust_radius = given.trust_radius;
+  return push;
+}
+
+GivenPlane checked_plane(const hapticd_plane& given) {
+  GivenPlane plane{};
+  check_numbers("tool_point_T", given.tool_point_T);
+  check_numbers("point_O", given.point_O);
+  check_numbers("normal_O", given.normal_O);
+  check_numbers("extent", {&given.extent, 1});
+  check_numbers("stiffness", {&given.stiffness, 1});
+  copy(given.tool_point_T, plane.tool_point_T);
+  copy(given.point_O, plane.object_point_O);
+  copy(given.normal_O, plane.normal_O);
+  const double length = norm(plane.normal_O);
+  if (std::abs(length - 1) > kLengthError) {
+    throw BadArgument("normal_O has the length " + std::to_string(length) + ", not 1");
+  }
+  plane.normal_O = plane.normal_O / length;
+  plane.extent = given.extent;
+  plane.stiffness = given.stiffness;
+  plane.feature = given.feature;
+  plane.object = given.object;
+  plane.hand = given.hand;
+  return plane;
+}
+
+static_assert(HAPTICD_WORLD == kNoObject);
 
 }  // namespace
 
@@ -139,11 +183,28 @@ hapticd_result hapticd_giver_pushed(hapticd_giver* giver, uint32_t object, hapti
 hapticd_result hapticd_giver_move(hapticd_giver* giver, const hapticd_motion* motion) {
   return with(giver, [&] {
     // the first version ends with the power
-    const hapticd_motion given =
-        taken(motion, offsetof(hapticd_motion, power) + sizeof(hapticd_motion::power));
+    const hapticd_motion given = taken(motion, HAPTIC_END(hapticd_motion, power));
     giver->check_moves(given.object);
     giver->giver.move(checked_motion(given));
     return HAPTICD_OK;
+  });
+}
+
+hapticd_result hapticd_giver_push(hapticd_giver* giver, const hapticd_tool_wrench* push) {
+  return with(giver, [&] {
+    // the first version ends with the trust radius
+    const hapticd_tool_wrench given = taken(push, HAPTIC_END(hapticd_tool_wrench, trust_radius));
+    giver->giver.push(checked_wrench(given));
+    return HAPTICD_OK;
+  });
+}
+
+hapticd_result hapticd_giver_touch(hapticd_giver* giver, const hapticd_plane* plane) {
+  return with(giver, [&] {
+    // the first version ends with the feature
+    const hapticd_plane given = taken(plane, HAPTIC_END(hapticd_plane, feature));
+    if (giver->giver.touch(checked_plane(given))) return HAPTICD_OK;
+    throw BadArgument("more than 24 planes before hapticd_giver_publish; give the nearest ones");
   });
 }
 

@@ -3,29 +3,16 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "clients/library/client.h"
+#include "clients/library/pushed_objects.h"
 #include "proto/ipc/give_message.h"
 #include "proto/ipc/segment.h"
 
 namespace haptic {
-
-/// What the hands have pushed an object with between two instants, as the force that is linear in
-/// time and has the same impulse and the same integral of the impulse: about the object's origin,
-/// in W. An object that is integrated with it moves as it was pushed, whatever the client's rate.
-struct GivenPush {
-  double span = 0;  // [s]; 0: nothing is known yet
-  Wrench mean_W;    // [N, N·m]
-  Wrench slope_W;   // [N/s, N·m/s]
-
-  /// t [s] after the first instant.
-  Wrench at(double t) const { return mean_W + (t - 0.5 * span) * slope_W; }
-  Wrench impulse_W() const { return span * mean_W; }
-};
 
 /// M⁻¹ of a body that is free to move: 1/mass, and the inverse of its moments about the axes of W;
 /// zero moments: it does not turn.
@@ -60,45 +47,28 @@ class Giver {
   uint32_t object(std::string_view name) const;
   const std::vector<GivePlace::Object>& objects() const { return seat_.place.moves; }
 
-  /// What has been pushed since the last call for this object, until instant_ns(). The first call
-  /// begins to count.
-  GivenPush pushed(uint32_t object);
-  /// What the bodies of the session have pushed this object with since the last call, about its
-  /// origin in W [N·s, N·m·s]; the first call begins to count.
-  Wrench pushed_by_bodies(uint32_t object);
-  /// The instant until which the last pushed() was told, CLOCK_MONOTONIC: that of the newest servo
-  /// frame; now, where there is none.
-  int64_t instant_ns() const { return instant_ns_; }
+  /// What has been pushed since the last call for this object (PushedObjects).
+  GivenPush pushed(uint32_t object) { return objects_.by_hands(object); }
+  Wrench pushed_by_bodies(uint32_t object) { return objects_.by_bodies(object); }
+  int64_t instant_ns() const { return objects_.instant_ns(); }
 
   /// Says how an object moves at the instant until which pushed() was told of it, which is filled
   /// in with its ticks; of an object that was never asked about, now.
   void move(GivenMotion motion);
-  /// Publishes what has been said since the last time.
+  /// Puts a wrench on a hand's tool, which it may pull with, until the next frame: the right
+  /// "push".
+  void push(const GivenWrench& push);
+  /// A plane that a hand's tool does not pass until the next frame: the right "touch". False: a
+  /// frame holds no more (kMostGivenPlanes).
+  bool touch(const GivenPlane& plane);
+  /// Publishes all that has been said since the last time; wrenches and planes that were not said
+  /// again are gone.
   void publish();
 
  private:
-  struct Hand {
-    RingSource<&ServoChannels::frames> frames;
-    ServoFrame frame{};
-    bool any = false;
-  };
-  /// How far an object's counters are used.
-  struct Used {
-    int64_t t_ns = 0;
-    std::array<uint64_t, kMostHands> ticks{};
-    std::array<int64_t, kMostHands> since_ns{};
-    std::array<ObjectPush, kMostHands> pushes{};  // at t_ns
-    std::optional<Wrench> by_bodies_W = {};
-  };
-  void look();
-
   GiveSeat seat_;
   SegmentWriter<ClientChannels> segment_;
-  std::vector<Hand> hands_;
-  RingSource<&SimChannels::frames> scenes_;
-  SceneFrame scene_{};
-  std::vector<Used> used_;  // by object
-  int64_t instant_ns_ = 0;
+  PushedObjects objects_;
   GivenFrame frame_{};
 };
 

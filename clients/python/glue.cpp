@@ -262,24 +262,24 @@ struct Giving : Connected {
       : client(session), giver(client, session, name) {
     client.start();
   }
-  py::tuple pushed(uint32_t object) {
+  uint32_t object(const std::string& name) const { return giver.object(name); }
+  /// Span, mean and slope of a push.
+  py::array_t<double> pushed(uint32_t object) {
     check();
     const GivenPush push = giver.pushed(object);
-    const auto* numbers = reinterpret_cast<const double*>(&push);  // span, mean, slope
-    return py::make_tuple(push.span, py::array_t<double>(6, numbers + 1),
-                          py::array_t<double>(6, numbers + 7));
+    return py::array_t<double>(13, reinterpret_cast<const double*>(&push));
   }
-  void move(const ByteArray& bytes) {
-    check();
-    GivenMotion motion;
-    if (bytes.nbytes() != sizeof motion) throw py::value_error("motion: no GivenMotion");
-    std::memcpy(static_cast<void*>(&motion), bytes.data(), sizeof motion);
-    giver.move(motion);
+  template <typename T>
+  static T record_of(const ByteArray& bytes) {
+    T record;
+    if (bytes.nbytes() != sizeof record) throw py::value_error("bytes of another record");
+    std::memcpy(static_cast<void*>(&record), bytes.data(), sizeof record);
+    return record;
   }
-  void publish() {
-    check();
-    giver.publish();
-  }
+  void move(const ByteArray& bytes) { check(), giver.move(record_of<GivenMotion>(bytes)); }
+  void push(const ByteArray& bytes) { check(), giver.push(record_of<GivenWrench>(bytes)); }
+  bool touch(const ByteArray& bytes) { return check(), giver.touch(record_of<GivenPlane>(bytes)); }
+  void publish() { check(), giver.publish(); }
   std::string gone() {
     check();
     return client.is_connected() ? "" : why_gone(client.refusal(), client.has_ended());
@@ -339,12 +339,11 @@ PYBIND11_MODULE(_hapticd, m) {
   py::class_<Giving, std::unique_ptr<Giving, LeftByChild>>(m, "Giving", plain)
       .def(py::init<const std::string&, const std::string&>(), arg("session"), arg("name"),
            unlocked)
-      .def(
-          "object",
-          [](const Giving& it, const std::string& object) { return it.giver.object(object); },
-          arg("name"))
+      .def("object", &Giving::object, arg("name"))
       .def("pushed", &Giving::pushed, arg("object"))
       .def("move", &Giving::move, arg("motion").noconvert())
+      .def("push", &Giving::push, arg("push").noconvert())
+      .def("touch", &Giving::touch, arg("plane").noconvert())
       .def("publish", &Giving::publish)
       .def("gone", &Giving::gone);
 }

@@ -106,6 +106,7 @@ ContactModel build_contact_model(const SessionConfig& config, const ContactShape
   model.epsilon = kRelativeEpsilon * largest;
   if (!shapes.bodies.tool.mesh.triangles.empty()) add_tool(config, shapes.bodies, model);
   model.rigid = god_object_options(config, model.body);
+  model.given = build_given_touch(config);
   return model;
 }
 

@@ -10,6 +10,7 @@
 #include "contact/detect/body/pieces.h"
 #include "contact/detect/body/voxel.h"
 #include "contact/detect/point/point_proxy.h"
+#include "contact/given/given_touch.h"
 #include "contact/shape/baked/contact_shapes.h"
 #include "proto/config/config.h"
 #include "proto/wire/wire.h"
@@ -43,6 +44,7 @@ struct ContactModel {
   bool has_friction = false;  // of any object
   int32_t grasp_button = -1;  // bit of DeviceState::buttons; −1: nothing is grasped
   Renderer renderer{};        // that the session begins with
+  GivenTouchModel given;      // by clients
 };
 
 /// The options of the god-object of six degrees of freedom, from a session's config.

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "proto/config/config_names.h"
 #include "proto/wire/wire.h"
@@ -27,5 +29,16 @@ struct ClientConfig {
   uint32_t may = 0;                               // ClientRight
   std::array<uint32_t, kMostGivenMoves> moves{};  // objects that it may move
 };
+
+/// True if this client may give all that a frame of it holds.
+inline bool may_give(const ClientConfig& client, const GivenFrame& given) {
+  const auto moves = std::span(client.moves).first(client.n_moves);
+  const auto may_move = [&](const GivenMotion& said) {
+    return std::ranges::find(moves, said.object) != moves.end();
+  };
+  return (given.pushes.empty() || (client.may & kMayPush) != 0) &&
+         (given.planes.empty() || (client.may & kMayTouch) != 0) &&
+         std::ranges::all_of(given.moves, may_move);
+}
 
 }  // namespace haptic

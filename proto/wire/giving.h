@@ -33,9 +33,10 @@ struct GiverFlagRow {
   uint32_t flag;  // GiverFlag
   std::string_view words;
 };
-inline constexpr std::array<GiverFlagRow, 3> kGiverFlags{
+inline constexpr std::array<GiverFlagRow, 4> kGiverFlags{
     {{kGiverLate, "late: what it gives is not felt"},
      {kGiverSoftened, "held back: an object answers otherwise than it says"},
-     {kGiverCut, "cut for a second: it gave the hand more power than max_power"}}};
+     {kGiverCut, "cut: it gives the hand more power than max_power"},
+     {kGiverLimited, "limited: its stiffness or damping is beyond the session's, or drives"}}};
 
 }  // namespace haptic

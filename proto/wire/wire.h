@@ -130,8 +130,9 @@ enum GiverFlag : uint32_t {
   kGiverAttached = 1u << 0,  // its segment is mapped
   kGiverLate = 1u << 1,      // no frame was taken for longer than the hold: it fades or has faded
   kGiverSoftened =
-      1u << 2,          // an object answers otherwise than it says, so its frames are held back
-  kGiverCut = 1u << 3,  // it gave the hand more power than it may
+      1u << 2,              // an object answers otherwise than it says, so its frames are held back
+  kGiverCut = 1u << 3,      // it gave the hand more power than it may
+  kGiverLimited = 1u << 4,  // its wrench or planes are stiffer than the session, or drive by B
 };
 
 /// GuideRow::flags.

@@ -25,7 +25,8 @@ Commands::Commands(SessionRun& session, Attachments& attachments, Children& chil
       socket_(session.name),
       leads_(session),
       servo_frames_(attachments.ring<&ServoChannels::frames>(Start::kNewest)),
-      sim_frames_(attachments.ring<&SimChannels::frames>(Start::kNewest)) {}
+      sim_frames_(attachments.ring<&SimChannels::frames>(Start::kNewest)),
+      contact_sets_(attachments.ring<&ContactChannels::sets>(Start::kNewest)) {}
 
 int64_t Commands::next_turn_ns() const {
   return unanswered_.empty() ? std::numeric_limits<int64_t>::max() : now_ns() + kEchoPeriodNs;
@@ -89,7 +90,9 @@ void Commands::turn(int64_t t_ns) {
 }
 
 void Commands::look(int64_t t_ns) {
-  sim_frames_.latest(scene_frame_);  // frees the segments of sims that have died
+  // frees the segments of those that have died
+  sim_frames_.latest(scene_frame_);
+  contact_sets_.latest(contact_set_);
   leads_.look(t_ns);
 }
 
@@ -103,6 +106,7 @@ void Commands::keep_fault() {
 SessionStatus Commands::status() {
   servo_frames_.latest(servo_frame_);
   sim_frames_.latest(scene_frame_);
+  contact_sets_.latest(contact_set_);
   SessionStatus status{
       .session = session_.name,
       .device = std::string(row_of(session_.config.device.kind).name),
@@ -116,9 +120,9 @@ SessionStatus Commands::status() {
       .gone = out_of_reach(session_.config, scene_frame_),
       .givers = {}};
   children_.report(status);
+  const std::array<std::span<const GiverState>, 2> taken{scene_frame_.givers, contact_set_.givers};
   for (uint32_t c = 0; givers_ != nullptr && c < session_.config.n_clients; ++c) {
-    status.givers.push_back(
-        giver_report(session_.config.clients[c], c, givers_->seat(c), scene_frame_));
+    status.givers.push_back(giver_report(session_.config.clients[c], c, givers_->seat(c), taken));
   }
   return status;
 }

@@ -66,8 +66,10 @@ class Commands {
   std::vector<Unanswered> unanswered_;
   RingSource<&ServoChannels::frames> servo_frames_;
   RingSource<&SimChannels::frames> sim_frames_;
+  RingSource<&ContactChannels::sets> contact_sets_;
   ServoFrame servo_frame_{};  // the newest
   SceneFrame scene_frame_{};  // the newest
+  ContactSet contact_set_{};
 };
 
 }  // namespace haptic

@@ -54,21 +54,33 @@ double kept_of_client(const SceneObject& object, double force) {
   return is_bound ? object.most_force / force : kept;
 }
 
+/// What an object pushes with, the planes of clients on it included.
+PerObject<Wrench> pushes_by_object(const TickScene& scene, const Rendered& rendered) {
+  const auto n = static_cast<std::ptrdiff_t>(scene.n_objects());
+  PerObject<Wrench> sums_W(rendered.push_W.begin(), rendered.push_W.begin() + n);
+  for (size_t body = sums_W.size(); body < rendered.push_W.size(); ++body) {
+    const uint32_t object = scene.object_of(static_cast<uint32_t>(body));
+    if (object < sums_W.size()) sums_W[object] = sums_W[object] + rendered.push_W[body];
+  }
+  return sums_W;
+}
+
 }  // namespace
 
 bool soften_towards_light(const ServoModel& model, const RenderQuestion& question,
-                          const SceneFrame* scene, LightBodies& light, Rendered& rendered) {
+                          const SceneFrame* scene, const Rendered& rendered, LightBodies& light,
+                          KeptShares& shares) {
   HAPTIC_ASSERT(model.dt > 0 && model.sim_period > 0);
   if (scene == nullptr) return false;
   const Coupling spring = spring_of(model, question);
   const double T = model.dt + model.sim_period;
-  Wrench pushed_W, softened_W;
-  double size = 0, left = 0;
+  const PerObject<Wrench> pushes_W = pushes_by_object(question.scene, rendered);
+  PerObject<double> kept(pushes_W.size(), 1.0);
   bool is_any = false;
-  const size_t n = std::min(rendered.push_W.size(), scene->objects.size());
+  const size_t n = std::min(pushes_W.size(), scene->objects.size());
   for (uint32_t i = 0; i < n; ++i) {
     double& share = light.share[i];
-    const Wrench& push_W = rendered.push_W[i];
+    const Wrench& push_W = pushes_W[i];
     if (push_W == Wrench{}) share = std::min(share + model.dt / kForget, 1.0);
     const ObjectResponse* response = response_of(*scene, i);
     if (response == nullptr || push_W == Wrench{} || !is_finite(push_W)) continue;
@@ -76,19 +88,14 @@ bool soften_towards_light(const ServoModel& model, const RenderQuestion& questio
     const double moves = T * T * mobility_along(*response, shift(push_W, arm_W));
     const double gives = kMostStiff * compliance_along(spring, push_W);
     if (moves > gives) share = std::min(share, gives / moves);
-    const double kept = share * kept_of_client(scene->objects[i], share * norm(push_W.f));
-    pushed_W = pushed_W + push_W;
-    size += norm(push_W.f);
-    left += kept * norm(push_W.f);
-    rendered.push_W[i] = kept * push_W;
-    softened_W = softened_W + rendered.push_W[i];
-    is_any = is_any || kept < 1;
+    kept[i] = share * kept_of_client(scene->objects[i], share * norm(push_W.f));
+    is_any = is_any || kept[i] < 1;
   }
-  if (!is_any) return false;
-  // what a proxy with mass keeps back of the pushes is softened by as much
-  const double rest = size > 0 ? left / size : 1;
-  rendered.F_W = softened_W + rest * (rendered.F_W + -pushed_W);
-  return true;
+  for (uint32_t body = 0; body < shares.size() && is_any; ++body) {
+    const uint32_t object = question.scene.object_of(body);
+    if (object < kept.size()) shares[body] *= kept[object];
+  }
+  return is_any;
 }
 
 }  // namespace haptic

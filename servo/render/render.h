@@ -15,6 +15,12 @@
 
 namespace haptic {
 
+/// How much the hand may feel of a client.
+struct ClientLimits {
+  double max_force = 0;  // of its wrench and planes [N]
+  double max_power = 0;  // that it gives the hand, over a second [W]
+};
+
 /// All that is constant after start.
 struct ServoModel {
   double dt = 1e-3;          // nominal period [s]
@@ -32,6 +38,7 @@ struct ServoModel {
   ProxyConfig proxy;    // its solver is each renderer's own, or this one, or the ControlFrame's
   SoftProxyModel soft;  // its solver and bound are those of each tick
   Constrained6Model constrained6;
+  std::array<ClientLimits, kMostClients> clients{};
   std::optional<AdmittanceConfig> admittance;  // the virtual body; none: an impedance device
 };
 

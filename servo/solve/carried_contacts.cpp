@@ -12,39 +12,63 @@ namespace {
 constexpr double kRim = 0.1;       // width of the fade at the extent, as a share of it
 constexpr double kSteepest = 0.5;  // slope up to which the second order describes a surface
 
-CarriedContact carried(const Contact& c, const TickScene& scene) {
-  const Pose& X_WO = scene.X_WO[c.object];
+CarriedContact carried(const Contact& c, const TickScene& scene, uint32_t body) {
+  const Pose& X_WO = scene.X_WO[body];
   CarriedContact contact;
   contact.tool_point_T = c.tool_point_T;
   contact.point_W = X_WO * c.object_point_O;
   contact.normal_W = rotate(X_WO.q, c.normal_O);
   const bool shaded = norm_squared(c.shading_normal_O) > 0 && c.shading_normal_O != c.normal_O;
   contact.shading_W = shaded ? rotate(X_WO.q, c.shading_normal_O) : contact.normal_W;
-  contact.velocity_W = velocity_at(scene.V_WO[c.object], contact.point_W - X_WO.p);
+  contact.velocity_W = velocity_at(scene.V_WO[body], contact.point_W - X_WO.p);
   contact.extent = c.extent;
   contact.curvature = c.curvature;
   contact.stiffness = c.stiffness;
-  contact.weight = scene.weight;
-  contact.object = c.object;
+  contact.given = std::clamp(1 - c.reduction, 0.0, 1.0);
+  contact.weight = scene.aged_weight(contact);
+  contact.object = body;
   return contact;
 }
 
 bool is_sound(const CarriedContact& c) {
   return is_finite(c.tool_point_T) && is_finite(c.point_W) && is_finite(c.normal_W) &&
          is_finite(c.shading_W) && is_finite(c.velocity_W) && std::isfinite(c.extent) &&
-         std::isfinite(c.curvature) && std::isfinite(c.stiffness);
+         std::isfinite(c.curvature) && std::isfinite(c.stiffness) && std::isfinite(c.given);
 }
 
 }  // namespace
+
+uint32_t TickScene::body_of(const Contact& contact) const {
+  if (contact.giver == 0) return contact.object < n_objects() ? contact.object : kMostPlaced;
+  const auto found = std::ranges::find_if(surfaces, [&](const PlacedSurface& s) {
+    return moved_by_client(s.client) == contact.giver && s.object == contact.object;
+  });
+  if (found == surfaces.end()) return kMostPlaced;
+  return static_cast<uint32_t>(n_objects() + static_cast<size_t>(found - surfaces.begin()));
+}
+
+void TickScene::place_surfaces(const ContactSet& set) {
+  const size_t n = n_objects();
+  for (const Contact& c : set.contacts) {
+    const uint32_t client = c.giver - moved_by_client(0);
+    const bool is_placed = c.object < n || c.object == kNoObject;
+    if (client >= kMostClients || !is_placed || surfaces.size() == kMostSurfaces) continue;
+    if (body_of(c) < X_WO.size()) continue;
+    surfaces.push_back({c.object, client});
+    X_WO.push_back(c.object < n ? X_WO[c.object] : Pose{});
+    V_WO.push_back(c.object < n ? V_WO[c.object] : Twist{});
+  }
+}
 
 CarriedContacts carry_contacts(const ContactSet& set, const TickScene& scene) {
   HAPTIC_ASSERT(scene.weight >= 0 && scene.weight <= 1);
   CarriedContacts out;
   const size_t n = set.contacts.size();
   for (size_t i = 0; i < n && out.finite; ++i) {
-    out.finite = set.contacts[i].object < scene.X_WO.size();
+    const uint32_t body = scene.body_of(set.contacts[i]);
+    out.finite = body < scene.X_WO.size();
     if (!out.finite) break;
-    out.contacts[i] = carried(set.contacts[i], scene);
+    out.contacts[i] = carried(set.contacts[i], scene, body);
     out.finite = is_sound(out.contacts[i]);
   }
   out.size = out.finite ? n : 0;

@@ -19,8 +19,9 @@ struct CarriedContact {
   double extent = 0;  // radius along the plane within which it stands for the surface; 0: any [m]
   double curvature = 0;  // by which the surface falls away from the plane; 0: flat [1/m]
   double stiffness = 0;  // 0: the session's [N/m]
+  double given = 1;      // share of the set's weight that it has, by the age of what found it
   double weight = 1;     // share that is felt of its depth, by age and extent
-  uint32_t object = 0;
+  uint32_t object = 0;   // the body that it belongs to (TickScene)
 };
 
 /// Contacts at this tick, of one kind.
@@ -35,6 +36,12 @@ struct ContactsNow {
 };
 using CarriedContacts = ContactsNow<CarriedContact>;
 
+/// The planes of a client on an object.
+struct PlacedSurface {
+  uint32_t object = 0;  // kNoObject: in W
+  uint32_t client = 0;  // index in the session file
+};
+
 /// The objects at this tick, and how much of the contacts is felt.
 struct TickScene {
   PerObject<Pose> X_WO;
@@ -42,9 +49,25 @@ struct TickScene {
   double weight = 1;            // of the contacts, by their age
   uint32_t held = kMaxObjects;  // by the tool (guide rows); kMaxObjects: none
   double held_share = 1;        // of its weight that is left to its soft contacts
+  // behind the objects in X_WO and V_WO: the planes of a client on an object are a surface of their
+  // own, so that what it pushes is known of each client
+  boost::container::static_vector<PlacedSurface, kMostSurfaces> surfaces;
+
+  size_t n_objects() const { return X_WO.size() - surfaces.size(); }
+  /// The object that a placed body is, or that a surface is on; kNoObject: the world.
+  uint32_t object_of(uint32_t body) const {
+    const size_t n = n_objects();
+    return body >= n && body < X_WO.size() ? surfaces[body - n].object : body;
+  }
+  /// The placed body that a contact belongs to; beyond all where there is none.
+  uint32_t body_of(const Contact& contact) const;
+  /// Places the surfaces of a set's contacts, of the last of which kMostSurfaces has room for.
+  void place_surfaces(const ContactSet& set);
 
   /// The pose of an object; that of the world where there is none of that number.
   Pose pose_of(uint32_t object) const { return object < X_WO.size() ? X_WO[object] : Pose{}; }
+  /// By the age of the set and of what found the contact.
+  double aged_weight(const CarriedContact& contact) const { return weight * contact.given; }
   double soft_weight(uint32_t object) const {
     return object == held ? weight * held_share : weight;
   }

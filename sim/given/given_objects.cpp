@@ -14,17 +14,13 @@
 namespace haptic {
 namespace {
 
-constexpr double kFade = 0.050;                   // in which an object is let go, or let in [s]
-constexpr double kCutFade = 0.020;                // in which a client is cut [s]
-constexpr int64_t kCutNs = 1'000'000'000;         // for which it is
-constexpr double kCutAt = 0.5;                    // share of its energy: the fade needs some
-constexpr int64_t kFutureNs = 5 * kMs;            // what a clock may be ahead
-constexpr int64_t kOldestNs = 500 * kMs;          // of a statement
-constexpr int64_t kMostReplayedNs = 250 * kMs;    // in a step, of all objects but the first
-constexpr int64_t kCorrectionNs = 5 * kMs;        // that a correction costs beside, as replayed
-constexpr int64_t kLeastBetweenNs = 2 * kMs;      // of the frames that are looked at
-constexpr HoldLimits kHold{20 * kMs, 500 * kMs};  // three times the median period
-constexpr int64_t kUsualPeriodNs = 10 * kMs;      // until there is a median
+constexpr double kFade = 0.050;                 // in which an object is let go, or let in [s]
+constexpr double kCutFade = 0.020;              // in which a client is cut [s]
+constexpr int64_t kCutNs = 1'000'000'000;       // for which it is
+constexpr double kCutAt = 0.5;                  // share of its energy: the fade needs some
+constexpr int64_t kMostReplayedNs = 250 * kMs;  // in a step, of all objects but the first
+constexpr int64_t kCorrectionNs = 5 * kMs;      // that a correction costs beside, as replayed
+constexpr int64_t kUsualPeriodNs = 10 * kMs;    // until there is a median
 
 /// A push moves the object.
 bool answers(const GivenMotion& said) {
@@ -95,12 +91,8 @@ ModelState replayed(const GivenState& state, size_t object, int64_t until_ns) {
 }
 
 int64_t period_of(const GivenClientState& client) {
-  return client.age.median_ns > 0 ? client.age.median_ns : kUsualPeriodNs;
-}
-
-/// Nothing has come for longer than the hold.
-bool is_late(const GivenClientState& client, int64_t t_ns) {
-  return t_ns - client.came_ns > hold_ns(client.age, kHold);
+  const int64_t median_ns = client.heard.median_period_ns();
+  return median_ns > 0 ? median_ns : kUsualPeriodNs;
 }
 
 ModelState shown(const GivenObjectState& object) {
@@ -135,10 +127,10 @@ void correct(const GivenModel& model, GivenState& state, size_t k, int64_t t_ns)
 }
 
 /// Weight of what a client gives, by its age and by the power that it has given.
-double weight_of(const GivenClient& limits, GivenClientState& client, int64_t t_ns, double dt) {
-  if (client.power.energy(t_ns) > kCutAt * limits.max_power) client.cut_until_ns = t_ns + kCutNs;
-  const Arrival arrival{client.came_ns != 0, client.n_taken, client.came_ns, true};
-  const double weight = weigh(client.age, arrival, t_ns, std::max(dt, 1e-6), kHold).weight;
+double weight_of(const GivenClient& known, GivenClientState& client, int64_t t_ns, double dt) {
+  const double most = kCutAt * known.config.max_power;
+  if (client.power.energy(t_ns) > most) client.cut_until_ns = t_ns + kCutNs;
+  const double weight = client.heard.weigh(t_ns, std::max(dt, 1e-6));
   return t_ns < client.cut_until_ns ? 0 : weight;
 }
 
@@ -206,7 +198,7 @@ void correct_models(const GivenModel& model, GivenState& state, int64_t t_ns) {
     if (!object.is_new || object.phase != GivenPhase::kFollows) continue;
     if (!object.is_placed && !(weight > 0)) continue;
     // the client is behind by more than it may be
-    if (t_ns - object.said.t_ns > kOldestNs) {
+    if (t_ns - object.said.t_ns > kOldestGivenNs) {
       object.is_new = false;
       continue;
     }
@@ -254,7 +246,7 @@ void note_objects(const GivenModel& model, const GivenState& state, SceneFrame& 
     out.reduction = 1 - object.share;
     const ModelState at = shown(object);
     if (object.phase != GivenPhase::kStands) {
-      out.most_force = model.clients[given.client].max_force;
+      out.most_force = model.clients[given.client].config.max_force;
     }
     if (object.phase != GivenPhase::kFollows) {
       out.X_WO = at.X_WO;
@@ -270,17 +262,8 @@ void note_clients(const GivenModel& model, const GivenState& state, SceneFrame& 
   for (uint32_t c = 0; c < model.clients.size(); ++c) {
     const GivenClientState& client = state.clients[c];
     if (model.clients[c].objects.empty()) continue;
-    GiverState out{};
-    out.seq = client.last_seq;
-    out.t_ns = client.taken_ns;
-    out.period_ns = client.age.median_ns;
-    out.refused = client.refused;
-    out.weight = client.age.weight;
+    GiverState out = client.heard.report(c, frame.t_ns);
     out.given_power = client.power.energy(frame.t_ns);
-    out.client = c;
-    out.refusal = static_cast<uint32_t>(client.refusal);
-    if (client.is_attached) out.flags |= kGiverAttached;
-    if (client.is_attached && is_late(client, frame.t_ns)) out.flags |= kGiverLate;
     if (frame.t_ns < client.cut_until_ns) out.flags |= kGiverCut;
     for (const uint32_t k : model.clients[c].objects) {
       const auto* guarded = std::get_if<GuardedModel>(&state.objects[k].model);
@@ -293,16 +276,13 @@ void note_clients(const GivenModel& model, const GivenState& state, SceneFrame& 
 /// Why a statement of this client cannot be used.
 GiverRefusal refusal_in(const GivenModel& model, const GivenState& state, uint32_t client,
                         const GivenMotion& said, size_t k, int64_t t_ns) {
-  if (k == model.objects.size() || model.objects[k].client != client) {
-    return GiverRefusal::kNotAllowed;
-  }
-  if (!(said.power >= 0 && said.power <= model.clients[client].max_power)) {
+  if (!(said.power >= 0 && said.power <= model.clients[client].config.max_power)) {
     return GiverRefusal::kTooStrong;
   }
   const GivenObjectState& object = state.objects[k];
   if (const GiverRefusal why = refusal_of(said); why != GiverRefusal::kNone) return why;
   const bool is_old = object.is_said && said.t_ns < object.said.t_ns;
-  if (is_old || said.t_ns > t_ns + kFutureNs || said.t_ns < t_ns - kOldestNs) {
+  if (is_old || said.t_ns > t_ns + kClientFutureNs || said.t_ns < t_ns - kOldestGivenNs) {
     return GiverRefusal::kBackInTime;
   }
   for (size_t hand = 0; hand < state.histories.size(); ++hand) {
@@ -312,7 +292,7 @@ GiverRefusal refusal_in(const GivenModel& model, const GivenState& state, uint32
     // a servo that has begun anew counts its ticks anew
     const bool goes_back = object.is_said && tick < object.said.ticks[hand] &&
                            history.find(object.said.ticks[hand]).has_value();
-    const bool is_near = used && std::abs(history.t_ns(*used) - said.t_ns) <= kOldestNs;
+    const bool is_near = used && std::abs(history.t_ns(*used) - said.t_ns) <= kOldestGivenNs;
     if (answers(said) && (goes_back || !is_near)) return GiverRefusal::kUnknownTick;
   }
   return GiverRefusal::kNone;
@@ -325,11 +305,9 @@ size_t place_of(const GivenModel& model, uint32_t object) {
 
 GiverRefusal refusal_in(const GivenModel& model, const GivenState& state, uint32_t client,
                         const GivenFrame& given, int64_t t_ns) {
-  const GivenClientState& known = state.clients[client];
-  if (given.seq <= known.last_seq || given.t_ns <= known.taken_ns ||
-      given.t_ns > t_ns + kFutureNs) {
-    return GiverRefusal::kBackInTime;
-  }
+  const GiverRefusal wrong = state.clients[client].heard.wrong_time(given, t_ns);
+  if (wrong != GiverRefusal::kNone) return wrong;
+  if (!may_give(model.clients[client].config, given)) return GiverRefusal::kNotAllowed;
   for (size_t i = 0; i < given.moves.size(); ++i) {
     const GivenMotion& said = given.moves[i];
     const auto before = std::span(given.moves.data(), i);
@@ -377,7 +355,7 @@ GivenModel build_given(const SessionConfig& config, uint32_t first_response) {
   model.period = 1 / config.sim_rate;
   for (uint32_t c = 0; c < config.n_clients; ++c) {
     const ClientConfig& client = config.clients[c];
-    GivenClient made{client.max_force, client.max_power, {}};
+    GivenClient made{client, {}};
     for (uint32_t i = 0; i < client.n_moves; ++i) {
       made.objects.push_back(static_cast<uint32_t>(model.objects.size()));
       const uint32_t object = client.moves[i];
@@ -395,10 +373,6 @@ GivenState begin_given(const GivenModel& model, uint32_t n_hands) {
     std::get<FollowingModel>(state.objects[k].model).place({model.objects[k].X_WO, {}}, {});
   }
   state.clients.resize(model.clients.size());
-  for (GivenClientState& client : state.clients) {
-    client.age.closed = true;
-    client.age.weight = 0;
-  }
   for (uint32_t hand = 0; hand < n_hands && !model.objects.empty(); ++hand) {
     state.histories.emplace_back(model.objects.size(), model.first_response);
   }
@@ -443,18 +417,7 @@ void see_hand(const GivenModel& model, GivenState& state, uint32_t hand, const S
 
 void set_giving(const GivenModel& model, GivenState& state, uint32_t client, uint64_t generation) {
   HAPTIC_ASSERT(client < state.clients.size());
-  GivenClientState& known = state.clients[client];
-  if (generation == known.generation) return;
-  // the name has given that power, whoever bears it
-  GivenClientState fresh;
-  fresh.power = known.power;
-  fresh.cut_until_ns = known.cut_until_ns;
-  fresh.n_taken = known.n_taken;
-  known = fresh;
-  known.generation = generation;
-  known.age.closed = true;
-  known.age.weight = 0;
-  known.is_attached = generation != 0;
+  if (!state.clients[client].heard.follow(generation)) return;
   // what its predecessor moved fades, and is then put where this one has it
   for (const uint32_t k : model.clients[client].objects) {
     GivenObjectState& object = state.objects[k];
@@ -466,17 +429,11 @@ void set_giving(const GivenModel& model, GivenState& state, uint32_t client, uin
 void see_client(const GivenModel& model, GivenState& state, uint32_t client, uint64_t generation,
                 const GivenFrame& given, int64_t t_ns) {
   HAPTIC_ASSERT(client < state.clients.size());
-  GivenClientState& known = state.clients[client];
-  if (generation != known.generation || t_ns - known.looked_ns < kLeastBetweenNs) return;
-  known.looked_ns = t_ns;
-  if (given.seq == known.last_seq) return;
+  HeardClient& heard = state.clients[client].heard;
+  if (!heard.look_at(generation, given, t_ns)) return;
   const GiverRefusal why = refusal_in(model, state, client, given, t_ns);
-  if (given.seq > known.last_seq) known.last_seq = given.seq;
-  if (why != GiverRefusal::kNone) {
-    ++known.refused;
-    known.refusal = why;
-    return;
-  }
+  heard.conclude(given, why, t_ns);
+  if (why != GiverRefusal::kNone) return;
   for (const GivenMotion& said : given.moves) {
     GivenObjectState& object = state.objects[place_of(model, said.object)];
     // one that answers pushes from now on, or does no more, is let go first
@@ -486,10 +443,6 @@ void see_client(const GivenModel& model, GivenState& state, uint32_t client, uin
     object.said.X_WO.q = normalized(said.X_WO.q);
     object.is_said = object.is_new = true;
   }
-  known.refusal = GiverRefusal::kNone;
-  ++known.n_taken;
-  known.taken_ns = given.t_ns;
-  known.came_ns = t_ns;
 }
 
 void step_given(const GivenModel& model, GivenState& state,

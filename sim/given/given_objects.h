@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "proto/config/config.h"
-#include "proto/wire/age.h"
+#include "proto/wire/heard_client.h"
+#include "proto/wire/power_window.h"
 #include "proto/wire/wire.h"
 #include "sim/given/guarded_model.h"
 #include "sim/given/local_model.h"
-#include "sim/given/power_window.h"
 #include "sim/pushes/hand_pushes.h"
 #include "sim/pushes/push_history.h"
 
@@ -34,9 +34,8 @@
 ///            hand no more than a purse
 namespace haptic {
 
-/// A client as the session file has it.
 struct GivenClient {
-  double max_force = 0, max_power = 0;
+  ClientConfig config;
   std::vector<uint32_t> objects;  // places in GivenModel::objects
 };
 
@@ -95,17 +94,9 @@ struct GivenObjectState {
 };
 
 struct GivenClientState {
-  Age age;
-  uint64_t generation = 0;  // of its segment
-  uint64_t last_seq = 0, refused = 0;
-  uint64_t n_taken = 0;   // frames, of all its segments
-  int64_t looked_ns = 0;  // at its last frame
-  double weight = 0;      // of what it gives, in the last step
-  int64_t taken_ns = 0;   // GivenFrame::t_ns of the last that was taken
-  int64_t came_ns = 0;  // when it was: a frame is as old as the client is behind, which is no fault
-  GiverRefusal refusal = GiverRefusal::kNone;
-  bool is_attached = false;
-  PowerWindow power;
+  HeardClient heard;
+  double weight = 0;  // of what it gives, in the last step
+  PowerWindow power;  // of the name, whoever bears it
   int64_t cut_until_ns = 0;
 };
 

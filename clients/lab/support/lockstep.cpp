@@ -103,8 +103,14 @@ void Lockstep::answer(const ServoFrame& question, uint64_t visible_at) {
 
 void Lockstep::give(uint32_t client, const GivenFrame& given) {
   set_giving(sim_model_.given, sim_state_.given, client, 1);
-  see_client(sim_model_.given, sim_state_.given, client, 1, given,
-             grid_time(config_.servo_rate, tick_));
+  const int64_t t_ns = grid_time(config_.servo_rate, tick_);
+  see_client(sim_model_.given, sim_state_.given, client, 1, given, t_ns);
+  const GivenTouchModel& touching = contact_model_.given;
+  for (size_t k = 0; k < touching.clients.size(); ++k) {
+    if (touching.clients[k].client != client) continue;
+    contact_state_->given.clients[k].heard.follow(1);
+    see_client(touching, contact_state_->given, k, 1, given, t_ns);
+  }
 }
 
 void Lockstep::restart_sim(uint64_t mapped_after) {

@@ -89,6 +89,10 @@ class ServoLists(WithLists):
         """ObjectPush of record i, by ``SceneObject.response``: what each object was pushed with."""
         return self._list("pushes", i)
 
+    def felt(self, i: int = -1) -> Array:
+        """FeltClient of record i: what the hand has of each client's wrench and planes."""
+        return self._list("felt", i)
+
 
 class ContactLists(WithLists):
     """The lists of ContactSets."""
@@ -108,6 +112,14 @@ class ContactLists(WithLists):
     def compliance(self, i: int = -1) -> Array:
         """Numbers of record i: the compliance of the contacts [m/N]."""
         return self._list("compliance", i)
+
+    def wrenches(self, i: int = -1) -> Array:
+        """AppliedWrench of record i: wrenches of clients, in W."""
+        return self._list("wrenches", i)
+
+    def givers(self, i: int = -1) -> Array:
+        """GiverState of record i: what has been taken of each client that pushes or touches."""
+        return self._list("givers", i)
 
 
 class SceneLists(WithLists):

@@ -100,6 +100,7 @@ class GiverFlag(IntFlag):
     LATE = 1 << 1
     SOFTENED = 1 << 2
     CUT = 1 << 3
+    LIMITED = 1 << 4
 
 
 class GuideFlag(IntFlag):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Clients that give: they move objects of a session, and are told what the hands push them with."""
+"""Clients that give: they move objects, push tools and give planes that tools touch."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import socket
 import time
 import weakref
 from dataclasses import dataclass
-from typing import Optional, Union
+from typing import Any, Dict, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,7 @@ from ._closing import Closing
 from ._records import dtype
 
 Vector = npt.NDArray[np.float64]
+_IN_WORLD = 256  # kNoObject of the records: a plane that is on no object
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ def _numbers(name: str, value: npt.ArrayLike, unit: str, *shapes: "tuple[int, ..
     return array
 
 
-def _matrix(name: str, value: npt.ArrayLike, unit: str) -> Vector:
+def _matrix(name: str, value: npt.ArrayLike, unit: str, may_drive: bool = False) -> Vector:
     """6×6 of a number (the same in all directions, for moving), 3×3 (for moving) or 6×6."""
     given = _numbers(name, value, unit, (), (3, 3), (6, 6))
     out = np.zeros((6, 6))
@@ -115,7 +116,7 @@ def _matrix(name: str, value: npt.ArrayLike, unit: str) -> Vector:
     size = float(np.abs(out).max())
     if np.abs(out - out.T).max() > 1e-9 * size:
         raise ValueError(f"{name}: not symmetric [{unit}]")
-    if size > 0 and np.linalg.eigvalsh(out).min() < -1e-9 * size:
+    if not may_drive and size > 0 and np.linalg.eigvalsh(out).min() < -1e-9 * size:
         raise ValueError(f"{name}: has a negative direction [{unit}]")
     return 0.5 * (out + out.T)
 
@@ -149,12 +150,15 @@ class Giver(Closing):
         self.name = name
         #: Periods of ``every`` that were missed.
         self.late_periods = 0
+        self._session = session
+        self._tools: Dict[int, Any] = {}  # by hand: the ring of its servo, and its newest frame
         self._giving: Optional[_hapticd.Giving] = _hapticd.Giving(session, name)
         _givers.add(self)
 
     def close(self) -> None:
         """Leaves the session; the force of what it moved fades."""
         self._giving = None
+        self._tools.clear()
 
     def object(self, name: str) -> GivenObject:
         """An object that this client may move, by its name in the session file."""
@@ -162,7 +166,8 @@ class Giver(Closing):
 
     def pushed(self, obj: Union[GivenObject, str]) -> Push:
         """The push since the last call for this object; the first call begins to count."""
-        return Push(*self._open().pushed(self._of(obj).index))
+        numbers = self._open().pushed(self._of(obj).index)
+        return Push(float(numbers[0]), numbers[1:7], numbers[7:])
 
     def move(
         self,
@@ -213,11 +218,102 @@ class Giver(Closing):
         motion["mobility"] = _mobility(mass, mobility).ravel()
         motion["stiffness"] = _matrix("stiffness", stiffness, "N/m").ravel()
         motion["damping"] = _matrix("damping", damping, "N·s/m").ravel()
-        motion["power"] = _power(power)
+        motion["power"] = _not_negative("power", power, "W")
         self._open().move(np.frombuffer(motion.tobytes(), np.uint8))
 
+    def tool(self, hand: int = 0) -> Any:
+        """The newest place of a hand's tool in W: a structured scalar with ``p`` (3,) [m] and ``q``
+        (4,) x y z w. It waits up to a second for the first frame of the servo."""
+        if hand not in self._tools:
+            self._tools[hand] = (
+                _hapticd.Reader(self._session, "servo", hand, False),
+                np.zeros(1, dtype("ServoFrame")),
+            )
+        reader, frame = self._tools[hand]
+        reader.read(frame.view(np.uint8), True)
+        if frame["t_ns"][0] == 0 and not (reader.wait(1.0) and reader.read(frame.view(np.uint8), True)[0]):
+            raise _hapticd.Error(f"hand {hand} has no tool; see 'hapt status'")
+        return frame["X_WT"][0]
+
+    def push(
+        self,
+        force: npt.ArrayLike,
+        *,
+        at: Any,
+        torque: npt.ArrayLike = (0, 0, 0),
+        stiffness: npt.ArrayLike = 0.0,
+        damping: npt.ArrayLike = 0.0,
+        trust: float = 0.01,
+        hand: int = 0,
+    ) -> None:
+        """Puts a wrench on a hand's tool until the next ``publish``: F = F0 + K (X − at) − B V. It
+        may pull. The right ``"push"``.
+
+        All in W, about the tool's origin; a motion is moving first, then turning.
+
+        - force (3,) [N], torque (3,) [N·m]: F0, of a tool at rest at ``at``
+        - at: the place that they are for, as ``tool()`` gives it
+        - stiffness K: the derivative of the force by the tool's motion [N/m], a number, (3, 3) or
+          (6, 6), symmetric; of a spring it is negative. The server uses it a thousand times a
+          second, so that a field that you give at 100 Hz is felt without steps
+        - damping B [N·s/m]: likewise, by which the tool is braked
+        - trust [m]: how far from ``at`` the K is right; beyond, the wrench stays
+        """
+        push = np.zeros((), dtype("GivenWrench"))
+        wrench = push["wrench"]
+        pose = np.asarray(at)
+        if pose.dtype.names is None or not {"p", "q"} <= set(pose.dtype.names):
+            raise ValueError("at: no pose; pass what tool() gives, or X_WT of a ServoFrame")
+        wrench["X_WT"]["p"] = _numbers("at", pose["p"], "m", (3,))
+        wrench["X_WT"]["q"] = _orientation(pose["q"], None)
+        wrench["F0_W"]["f"] = _numbers("force", force, "N", (3,))
+        wrench["F0_W"]["t"] = _numbers("torque", torque, "N·m", (3,))
+        wrench["K"] = _matrix("stiffness", stiffness, "N/m", may_drive=True).ravel()
+        wrench["B"] = _matrix("damping", damping, "N·s/m").ravel()
+        wrench["trust_radius"] = _not_negative("trust", trust, "m")
+        push["hand"] = hand
+        self._open().push(np.frombuffer(push.tobytes(), np.uint8))
+
+    def touch(
+        self,
+        point: npt.ArrayLike,
+        normal: npt.ArrayLike,
+        *,
+        obj: Union[GivenObject, int, None] = None,
+        tool_point: npt.ArrayLike = (0, 0, 0),
+        extent: float = 0.0,
+        stiffness: float = 0.0,
+        feature: int = 0,
+        hand: int = 0,
+    ) -> None:
+        """Gives a plane that a hand's tool does not pass until the next ``publish``, at most 24. The
+        right ``"touch"``.
+
+        - point (3,) [m] on the plane and normal (3,), of length 1, towards the tool: in W, or in the
+          frame of ``obj``, an object or its index in the scene, with which the plane then moves
+        - tool_point (3,) [m] on the tool that meets it, in its own frame; of a point the origin
+        - extent [m]: radius around the point in which it holds; 0: no bound
+        - stiffness [N/m] where the tool may enter objects; 0: that of the session's contacts
+        - feature: an id of yours, which should stay with the same face
+        """
+        plane = np.zeros((), dtype("GivenPlane"))
+        plane["object_point_O"] = _numbers("point", point, "m", (3,))
+        plane["normal_O"] = _numbers("normal", normal, "1", (3,))
+        length = float(np.linalg.norm(plane["normal_O"]))
+        if abs(length - 1) > 1e-4:
+            raise ValueError(f"normal: length {length:.4g}, must be 1")
+        plane["tool_point_T"] = _numbers("tool_point", tool_point, "m", (3,))
+        plane["extent"] = _not_negative("extent", extent, "m")
+        plane["stiffness"] = _not_negative("stiffness", stiffness, "N/m")
+        plane["feature"] = feature
+        plane["object"] = _IN_WORLD if obj is None else getattr(obj, "index", obj)
+        plane["hand"] = hand
+        if not self._open().touch(np.frombuffer(plane.tobytes(), np.uint8)):
+            raise ValueError("touch: more than 24 planes before publish(); give the nearest ones")
+
     def publish(self) -> bool:
-        """Publishes what has been said by ``move`` since the last time.
+        """Publishes what has been said by ``move``, ``push`` and ``touch`` since the last time;
+        wrenches and planes that were not said again are gone.
 
         False: the session was told to end, and nobody listens. Raises Error where hapticd was
         killed or has refused this client.
@@ -286,10 +382,10 @@ def _mobility(mass: Optional[float], mobility: Optional[npt.ArrayLike]) -> Vecto
     return _matrix("mobility", 1 / value, "1/kg")
 
 
-def _power(power: float) -> float:
-    value = float(_numbers("power", power, "W", ()))
+def _not_negative(name: str, number: float, unit: str) -> float:
+    value = float(_numbers(name, number, unit, ()))
     if value < 0:
-        raise ValueError(f"power: {value} W, must not be below 0 W")
+        raise ValueError(f"{name}: {value} {unit}, must not be below 0 {unit}")
     return value
 
 

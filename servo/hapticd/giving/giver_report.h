@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,9 +22,9 @@ struct GiverReport {
   std::vector<std::string> words;  // what is wrong; empty: nothing
 };
 
-/// By whose seat it is, and what sim has taken of it.
+/// By whose seat it is, and what sim and the hands' contacts have taken of it (GiverState).
 GiverReport giver_report(const ClientConfig& client, uint32_t number, const GiverSeat& seat,
-                         const SceneFrame& scene);
+                         std::span<const std::span<const GiverState>> taken);
 
 /// One line without its name: "gives, pid 5, 100 Hz" or "is not there".
 std::string giver_text(const GiverReport& giver);

@@ -6,20 +6,30 @@
 
 namespace haptic {
 
-FreeSpace::FreeSpace(const ContactSet& set, const ToolBody& tool, std::span<const Pose> X_WO)
-    : set_(set),
-      X_WO_(X_WO),
-      X_WGC_(motion_of_centre(tool, {set.X_WG, {}}).X_WC),
-      radius_(tool.radius) {}
+FreeSpace::FreeSpace(const ContactSet& set, const ToolBody& tool, const TickScene& scene)
+    : set_(set), scene_(scene), tool_(tool), X_WGC_(motion_of_centre(tool, {set.X_WG, {}}).X_WC) {}
+
+double FreeSpace::left_to_planes(const Pose& X_WC) const {
+  double left = std::numeric_limits<double>::infinity();
+  if (scene_.surfaces.empty()) return left;
+  const Pose X_WT = tool_of_centre(tool_, X_WC);
+  for (const Contact& c : set_.contacts) {
+    if (c.giver == 0) continue;
+    const Pose X_WO = scene_.pose_of(scene_.body_of(c));
+    const Vec3 way_W = X_WT * c.tool_point_T - X_WO * c.object_point_O;
+    left = std::min(left, dot(rotate(X_WO.q, c.normal_O), way_W));
+  }
+  return left;
+}
 
 double FreeSpace::left_at(const Pose& X_WC) const {
   const auto& seen = set_.objects;
-  if (seen.empty() || seen.size() > X_WO_.size()) return 0;
-  double left = std::numeric_limits<double>::infinity();
+  if (seen.empty() || seen.size() > scene_.n_objects()) return 0;
+  double left = left_to_planes(X_WC);
   for (size_t i = 0; i < seen.size(); ++i) {
     if (!(seen[i].clearance > 0)) return 0;
-    const Pose then = inverse(seen[i].X_WO) * X_WGC_, now = inverse(X_WO_[i]) * X_WC;
-    const double of_this = seen[i].clearance - largest_travel(way_between(then, now), radius_);
+    const Pose then = inverse(seen[i].X_WO) * X_WGC_, now = inverse(scene_.X_WO[i]) * X_WC;
+    const double of_this = seen[i].clearance - largest_travel(way_between(then, now), tool_.radius);
     if (!(of_this > 0)) return of_this;  // NaN too
     left = std::min(left, of_this);
   }
@@ -30,9 +40,9 @@ std::optional<Pose> FreeSpace::nearest_to(const Pose& X_WC, const Pose& otherwis
   const double left = left_at(X_WGC_);
   if (!(left > 0)) return std::nullopt;
   const Twist way = way_between(X_WGC_, X_WC);
-  const double beyond = largest_travel(way, radius_) - left;
-  if (!(beyond < largest_travel(way_between(otherwise, X_WC), radius_))) return std::nullopt;
-  return moved(X_WGC_, limit_travel(way, radius_, left).motion);
+  const double beyond = largest_travel(way, tool_.radius) - left;
+  if (!(beyond < largest_travel(way_between(otherwise, X_WC), tool_.radius))) return std::nullopt;
+  return moved(X_WGC_, limit_travel(way, tool_.radius, left).motion);
 }
 
 }  // namespace haptic

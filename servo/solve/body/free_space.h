@@ -9,13 +9,14 @@
 namespace haptic {
 
 /// The poses of a tool at this tick that a contact set proves to be free: those for which no point
-/// of the tool has moved farther relative to an object, since X_WG, than that object's clearance.
-/// Between two poses a point moves no farther than the centre plus angle times radius of the tool.
-/// Poses are of the centre of mass, C.
+/// of the tool has moved farther relative to an object, since X_WG, than that object's clearance,
+/// and which keep off the planes of clients, of which no clearance knows. Between two poses a point
+/// moves no farther than the centre plus angle times radius of the tool. Poses are of the centre of
+/// mass, C.
 class FreeSpace {
  public:
-  /// X_WO: of the objects at this tick; it and the set must outlive this.
-  FreeSpace(const ContactSet& set, const ToolBody& tool, std::span<const Pose> X_WO);
+  /// Set and scene must outlive this.
+  FreeSpace(const ContactSet& set, const ToolBody& tool, const TickScene& scene);
 
   /// Distance every point may still move from X_WC without touching any object [m]; ≤ 0: the pose
   /// is not known to be free.
@@ -26,10 +27,12 @@ class FreeSpace {
   std::optional<Pose> nearest_to(const Pose& X_WC, const Pose& otherwise) const;
 
  private:
+  double left_to_planes(const Pose& X_WC) const;
+
   const ContactSet& set_;
-  std::span<const Pose> X_WO_;
-  Pose X_WGC_;     // of the centre, at X_WG
-  double radius_;  // of the tool [m]
+  const TickScene& scene_;
+  const ToolBody& tool_;
+  Pose X_WGC_;  // of the centre, at X_WG
 };
 
 }  // namespace haptic

@@ -190,7 +190,7 @@ Selection touching_rows(const Problem& problem, const BodyTick& tick, const Twis
 /// The normal that a contact is felt with: interpolated, and tilted by the texture on the way.
 Vec3 felt_normal(const Materials& materials, const BodyTick& tick, const Problem& problem,
                  const RigidContact& contact, const Twist& a) {
-  const TextureConfig& texture = materials.of(contact.object).texture;
+  const TextureConfig& texture = materials.of(tick.object_of(contact.object)).texture;
   if (texture.kind == TextureKind::kNone) return contact.shading_W;
   const Pose X_OW = inverse(tick.X_WO[contact.object]);
   const auto place_O = [&](const Twist& motion) {

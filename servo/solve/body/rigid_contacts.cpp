@@ -25,8 +25,7 @@ RigidContact posed(const CarriedContact& carried, const Materials& materials, co
                    const Slides& slides, const Pose& X_WG) {
   RigidContact contact{carried, rotate(X_WG.q, carried.tool_point_T), 0, 0, {}};
   contact.gap = dot(contact.normal_W, X_WG.p + contact.r_W - contact.point_W);
-  contact.weight = tick.weight;
-  const MaterialConfig& material = materials.of(contact.object);
+  const MaterialConfig& material = materials.of(tick.object_of(contact.object));
   const bool has_slid = slides[contact.object];
   contact.friction = has_slid ? material.friction_dynamic : material.friction_static;
   contact.V_W = object_twist(tick, contact.object, X_WG.p);
@@ -83,7 +82,8 @@ bool follow_surfaces(const BodyTick& tick, const SurfacePlaces& places, RigidCon
     for (size_t k = 0; k < places.within_W.size(); ++k) {
       points_W[k] = places.within_W[k] * c.tool_point_T;
     }
-    const double weight = weight_at(c, tick.weight, {points_W.data(), places.within_W.size()});
+    const double weight =
+        weight_at(c, tick.aged_weight(c), {points_W.data(), places.within_W.size()});
     has_changed |= weight != c.weight;
     c.weight = weight;
     if (c.weight > 0) contacts.contacts[n++] = c;

@@ -28,8 +28,9 @@ struct RigidContacts : ContactsNow<RigidContact> {
   uint32_t carrier = kNoObject;  // the object of the first contact
 };
 
-/// Tells of each object whether it slid in the last tick, where its ratio of sliding is in force.
-using Slides = std::array<bool, kMaxObjects>;
+/// Tells of each placed body whether it slid in the last tick, where its ratio of sliding is in
+/// force.
+using Slides = std::array<bool, kMostPlaced>;
 
 /// Twist of an object at a place; none of the world.
 Twist object_twist(const BodyTick& tick, uint32_t object, const Vec3& place_W);

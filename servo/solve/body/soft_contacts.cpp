@@ -26,7 +26,7 @@ Mat6 about_centre(const Mat6& K, const Vec3& arm) {
 }
 
 SoftContact spring_of(const CarriedContact& c, const ToolBody& tool, const SoftCarry& carry) {
-  const double weight = carry.soft_weight(c.object);
+  const double weight = carry.soft_weight(c.object) * c.given;
   SoftContact spring{c, c.tool_point_T - tool.centre_T, weight * carry.damping};
   spring.stiffness = weight * (c.stiffness > 0 ? c.stiffness : carry.stiffness);
   return spring;
@@ -60,7 +60,7 @@ void carry_rest(const ContactSet& set, const ToolBody& tool, const SoftCarry& ca
   for (size_t i = 0; i < out.size; ++i) {
     const SoftContact& c = out.contacts[i];
     const double push = push_of(c, out.X_WC0);
-    if (set.contacts[i].object != object || !(push > 0)) continue;
+    if (c.object != object || !(push > 0)) continue;
     const Vec3 turn = cross(rotate(out.X_WC0.q, c.tool_point_C), c.normal_W);
     const Wrench unit{c.normal_W, turn};
     out.F_rest_W = out.F_rest_W + -push * unit;

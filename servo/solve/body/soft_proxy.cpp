@@ -107,7 +107,7 @@ BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state
   state.started = true;
   out.proxy = state.proxy;
   if (!out.finite) return out;
-  const FreeSpace space(*tick.contacts, tick.tool, {tick.X_WO.data(), tick.X_WO.size()});
+  const FreeSpace space(*tick.contacts, tick.tool, tick);
   const ToolMotion& faded = model.solver == SoftSolver::kDirect ? tick.hand : state.proxy;
   fade_past_extent(motion_of_centre(tick.tool, faded).X_WC, contacts);
   // a proxy with mass need not be where the hand is

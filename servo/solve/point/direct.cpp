@@ -12,12 +12,12 @@ PointProxySolution solve_direct(const ProxyQuestion& question) {
 
   double pushes = 0, weighted = 0;
   for (CarriedContact& contact : carried.view()) {
-    contact.weight = weight_at(contact, question.scene.weight, {&question.tool_W, 1});
+    contact.weight = weight_at(contact, question.scene.aged_weight(contact), {&question.tool_W, 1});
     const HalfSpace half_space = relaxed(contact, question.radius, question.tool_W);
     const double depth = half_space.offset - dot(half_space.normal, question.tool_W);
     if (!(depth > 0) || out.n_active == static_cast<int>(out.pushes.size())) continue;
     const auto k = static_cast<uint32_t>(&contact - carried.contacts.data());
-    out.add(question.contacts, k, half_space, depth);
+    out.add(question.contacts, k, contact.object, half_space, depth);
     out.proxy_W += depth * half_space.normal;
     pushes += depth;
     weighted += depth * contact.weight;

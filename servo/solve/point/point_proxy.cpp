@@ -34,8 +34,9 @@ PointProxySolution solve_point_proxy(const ProxyQuestion& question, PlanesInForc
   bool faded = false;
   for (size_t i = 0; i < carried.size; ++i) {
     CarriedContact& contact = carried.contacts[i];
-    contact.weight = weight_at(contact, question.scene.weight, places_W);
-    if (contact.weight >= question.scene.weight) continue;
+    const double weight = weight_at(contact, question.scene.aged_weight(contact), places_W);
+    if (weight >= contact.weight) continue;
+    contact.weight = weight;
     planes.half_spaces[i] = relaxed(contact, question.radius, tool_W);
     faded = true;
   }
@@ -48,7 +49,8 @@ PointProxySolution solve_point_proxy(const ProxyQuestion& question, PlanesInForc
     const auto k = static_cast<size_t>(projection.active[i]);
     HAPTIC_ASSERT(k < carried.size);
     const double multiplier = projection.multiplier[i];
-    out.add(question.contacts, static_cast<uint32_t>(k), planes.half_spaces[k], multiplier);
+    out.add(question.contacts, static_cast<uint32_t>(k), carried.contacts[k].object,
+            planes.half_spaces[k], multiplier);
     pushes += multiplier;
     weighted += multiplier * carried.contacts[k].weight;
   }

@@ -10,7 +10,7 @@ namespace haptic {
 
 /// One active plane.
 struct ProxyPush {
-  uint32_t object = 0;   // its owner
+  uint32_t object = 0;   // the body that it belongs to (TickScene)
   uint32_t contact = 0;  // index in the ContactSet
   uint64_t feature = 0;  // id on that object
   HalfSpace plane;       // relaxed, as it was used
@@ -27,12 +27,12 @@ struct PointProxySolution {
   bool finite = true;  // false: a contact or the pose of its object was not finite
   Vec3 held_back_W;    // by friction; without friction the proxy is at proxy_W − held_back_W
 
-  /// Adds an active plane: that of the contact with this index, which makes proxy − tool longer by
-  /// `way` [m].
-  void add(const ContactSet& set, uint32_t index, const HalfSpace& plane, double way) {
-    const Contact& c = set.contacts[index];
+  /// Adds an active plane: that of the contact with this index, of this body, which makes proxy −
+  /// tool longer by `way` [m].
+  void add(const ContactSet& set, uint32_t index, uint32_t body, const HalfSpace& plane,
+           double way) {
     const auto next = static_cast<size_t>(n_active++);
-    pushes[next] = {c.object, index, c.feature, plane, way * plane.normal};
+    pushes[next] = {body, index, set.contacts[index].feature, plane, way * plane.normal};
   }
 
   std::span<ProxyPush> active() { return {pushes.data(), static_cast<size_t>(n_active)}; }

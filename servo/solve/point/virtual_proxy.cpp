@@ -28,7 +28,7 @@ std::array<Vec3, 3> shading_normals(const Materials& materials, const VirtualPro
   for (size_t i = 0; i < static_cast<size_t>(solution.n_active); ++i) {
     const ProxyPush& push = solution.pushes[i];
     const Contact& contact = question.contacts.contacts[push.contact];
-    const TextureConfig& texture = materials.of(push.object).texture;
+    const TextureConfig& texture = materials.of(question.scene.object_of(push.object)).texture;
     const Pose& X_WO = question.scene.X_WO[push.object];
     touch_point_O[i] = inverse(X_WO) * (solution.proxy_W - question.radius * push.plane.normal);
     if (contact.shading_normal_O == contact.normal_O && texture.kind == TextureKind::kNone) {
@@ -50,14 +50,15 @@ struct Mixture {
   uint32_t object = 0;
 };
 
-Mixture mix_materials(const Materials& materials, const PointProxySolution& solution) {
+Mixture mix_materials(const Materials& materials, const TickScene& scene,
+                      const PointProxySolution& solution) {
   Mixture mixture;
   double total = 0, hardest = 0;
   for (const ProxyPush& push : solution.active()) total += norm(push.push_W);
   if (!(total > 0)) return mixture;
   mixture.stiffness_share = 0;
   for (const ProxyPush& push : solution.active()) {
-    const MaterialConfig& m = materials.of(push.object);
+    const MaterialConfig& m = materials.of(scene.object_of(push.object));
     const double say = norm(push.push_W) / total;
     mixture.law.static_ratio += say * m.friction_static;
     mixture.law.dynamic_ratio += say * m.friction_dynamic;
@@ -106,7 +107,7 @@ PointProxySolution solve_virtual_proxy(const Materials& materials, VirtualProxyS
   note_touches(solution, touch_point_O, state);
   const Vec3 foot_W = shaded_proxy(solution, planes, question.tool_W, normals_W);
 
-  Mixture mixture = mix_materials(materials, solution);
+  Mixture mixture = mix_materials(materials, question.scene, solution);
   mixture.law.stiffness = tick.stiffness;
   mixture.law.dt = tick.dt;
   Vec3 held_W = hold_by_friction(mixture.law, state.friction, question.tool_W, foot_W,

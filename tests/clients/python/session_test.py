@@ -237,6 +237,19 @@ class Giving(unittest.TestCase):
                 self.assertNotIn("\n", str(caught.exception))
             with self.assertRaisesRegex(hapticd.Error, "did you mean 'second'"):
                 g.object("secnd")
+            tool = g.tool()
+            self.assertEqual((tool["p"].shape, tool["q"].shape), ((3,), (4,)))
+            for call, words in (
+                (lambda: g.push((1, 2), at=tool), r"^force: shape \(2,\), wanted \(3,\) \[N\]$"),
+                (lambda: g.push((1, 0, 0), at=(0, 0, 0)), "^at: no pose; pass what tool"),
+                (lambda: g.push((1, 0, 0), at=tool, damping=-1), "^damping: has a negative direction"),
+                (lambda: g.push((1, 0, 0), at=tool, trust=-1), "^trust: -1.0 m, must not be below 0 m$"),
+                (lambda: g.touch((0, 0, 0), (0, 0, 2)), "^normal: length 2, must be 1$"),
+                (lambda: [g.touch((0, 0, 0), (0, 0, 1)) for _ in range(25)], "^touch: more than 24"),
+            ):
+                with self.assertRaisesRegex(ValueError, words) as caught:
+                    call()
+                self.assertNotIn("\n", str(caught.exception))
 
     def test_rotations_become_quaternions(self):
         rng = np.random.default_rng(1)
@@ -367,6 +380,43 @@ class Examples(unittest.TestCase):
                 self.assertEqual((example.returncode, error), (0, ""))
                 self.assertIn(words, said)
             self.assertGreater(far, 2e-3)
+
+    def test_a_charge_pulls_and_a_landscape_is_touched(self):
+        with tempfile.TemporaryDirectory(prefix="py") as folder:
+            os.environ["HAPTICD_RUNTIME_DIR"] = folder
+            with hapticd.run(CONFIGS / "field.toml") as s:
+                examples = [
+                    subprocess.Popen([sys.executable, ROOT / "clients/python/examples" / name],
+                                     stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+                    for name in ("05_field.py", "06_your_collision.py")
+                ]  # fmt: skip
+                servo, contact = s.servo(), s.contact()
+                worst, pulled, lay = 0.0, 0, 0
+                begin = time.monotonic()
+                while time.monotonic() < begin + 4:
+                    servo.wait(1)
+                    frame, felt = servo.latest(), servo.felt()
+                    p = frame["X_WT"]["p"]
+                    r = float(np.linalg.norm(p))
+                    for of in felt:
+                        F = of["F_W"]["f"]
+                        if of["client"] == 1:
+                            lay += bool(np.linalg.norm(F) > 0.05)
+                        elif r > 0.03 and of["share"] == 1 and np.linalg.norm(F) > 0:
+                            pulled += 1
+                            wanted = -2e-3 / r**3 * p
+                            if time.monotonic() > begin + 2:
+                                worst = max(worst, float(np.linalg.norm(F - wanted)))
+                contact.wait(1)
+                contact.latest()
+                self.assertEqual(contact.givers()["refused"].tolist(), [0, 0])
+            for example, words in zip(examples, ("charge", "ground")):
+                said, error = example.communicate(timeout=5)
+                self.assertEqual((example.returncode, error), (0, ""))
+                self.assertIn(words, said)
+            self.assertGreater(pulled, 50)
+            self.assertGreater(lay, 50)
+            self.assertLess(worst, 0.2)
 
 
 if __name__ == "__main__":

@@ -39,22 +39,30 @@ TEST_CASE("config: a client and what it may", "[config][client]") {
   const ClientConfig usual = parse_config(kScene + kClient, "x.toml").clients[0];
   CHECK(usual.max_force == 2);
   CHECK(usual.max_power == 0.2);
+  CHECK(usual.may == 0);
+  const ClientConfig all =
+      parse_config(client("may = [\"draw\", \"push\", \"move block\", \"touch\"]\n"), "x.toml")
+          .clients[0];
+  CHECK(all.may == (kMayPush | kMayTouch | kMayDraw));
+  CHECK(all.n_moves == 1);
 }
 
 TEST_CASE("config: mistakes in a client name their place and how to mend them",
           "[config][client]") {
   CHECK(error_of(client("")) ==
-        "x.toml:11:1: [[client]] has no 'may'; add for example may = [\"move cup\"]");
+        "x.toml:11:1: [[client]] has no 'may'; add for example may = [\"move cup\", \"push\"]");
   CHECK(
       error_of(client("may = \"move block\"\n")) ==
-      "x.toml:13:7: 'may' must be a list of 1 to 16 texts; write for example may = [\"move cup\"]");
+      "x.toml:13:7: 'may' must be a list of 1 to 19 texts; write for example may = [\"move cup\", "
+      "\"push\"]");
   CHECK(error_of(client("may = [7]\n")) ==
         "x.toml:13:8: 'may' holds a number where a text is to be; write for example may = "
-        "[\"move cup\"]");
+        "[\"move cup\", \"push\"]");
   CHECK(error_of(client("may = [\"move blok\"]\n")) ==
         "x.toml:13:7: 'may' names 'blok', which is no [[object]]; did you mean 'block'?");
   CHECK(error_of(client("may = [\"steal block\"]\n")) ==
-        "x.toml:13:7: 'may' has the right 'steal block'; write \"move OBJECT\"");
+        "x.toml:13:7: 'may' has the right 'steal block'; write \"move OBJECT\", \"push\", "
+        "\"touch\" or \"draw\"");
   CHECK(error_of(client("may = [\"move block\", \"move block\"]\n")) ==
         "x.toml:13:7: 'may' lets two clients move 'block', or one twice; name it once");
   CHECK(error_of(kScene + kClient + "[[client]]\nname = \"other\"\nmay = [\"move block\"]\n") ==

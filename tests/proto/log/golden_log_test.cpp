@@ -239,12 +239,18 @@ TEST_CASE("golden: the reader says which layout it was, and what that lacks") {
       "commanded a pose), forgotten_impulse_W" +
       still + ", impulses_since_ns" + still + ", translational_stiffness" + none +
       ", rotational_stiffness" + none + ", behind_since_ns" + alone +
-      ", pushes (16: all objects were counted), pushes.impulse_time_W" + still;
+      ", pushes (16: all objects were counted), pushes.impulse_time_W" + still +
+      ", felt (0: no client gave a wrench or planes)";
   CHECK(notice(6, servo_topic(kFirstHand)) == "recorded with layout 6; fields it lacks: " + servo);
   const auto contact = [&](const std::string& clearance) {
     return "skipped (0: it did not say), behind_since_ns" + alone + ", objects" + clearance +
-           ", contacts.giver (0: contact found them all), guides (0: guide rows were the last of "
-           "the contacts), compliance (0: nothing gave way)";
+           ", contacts.reduction (0: all had the weight of the set), contacts.giver (0: contact "
+           "found "
+           "them all), guides (0: guide rows were the last of the contacts), compliance (0: "
+           "nothing "
+           "gave way), wrenches (0: no client gave a wrench), givers (0: no client gave a wrench "
+           "or "
+           "planes)";
   };
   CHECK(notice(6, contact_topic(kFirstHand)) ==
         "recorded with layout 6; fields it lacks: " + contact("[].clearance (one value for all)"));

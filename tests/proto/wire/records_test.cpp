@@ -90,7 +90,7 @@ TEST_CASE("records: the table of parts is what the list says") {
     for (const RecordField& field : record.fields) parts += field.is_part ? 1 : 0;
   }
   CHECK(parts == kParts<ServoFrame>.size() + kParts<ContactSet>.size() + kParts<SceneFrame>.size() +
-                     kParts<GivenFrame>.size());
+                     kParts<GivenFrame>.size() + kParts<DrawnPiece>.size());
   constexpr RecordPart kSeen = kParts<SceneFrame>[3];
   CHECK(kSeen.offset == offsetof(SceneFrame, seen));
   CHECK(kSeen.element == sizeof(SeenPush));

@@ -65,7 +65,7 @@ struct Stage {
     set_giving(model.given, state.given, 0, generation);
     see_client(model.given, state.given, 0, generation, frame, t_ns);
   }
-  const GivenClientState& client() const { return state.given.clients[0]; }
+  GiverState told() const { return state.given.clients[0].heard.report(0, t_ns); }
 };
 
 }  // namespace
@@ -245,7 +245,7 @@ TEST_CASE("given: frames out of their time, of others' objects and of unknown ti
     change(frame);
     set_giving(stage.model.given, stage.state.given, 0, 1);
     see_client(stage.model.given, stage.state.given, 0, 1, frame, stage.t_ns);
-    const GiverRefusal why = stage.client().refusal;
+    const auto why = static_cast<GiverRefusal>(stage.told().refusal);
     stage.step();
     stage.step();  // two milliseconds
     return why;
@@ -261,7 +261,7 @@ TEST_CASE("given: frames out of their time, of others' objects and of unknown ti
   CHECK(refusal([](GivenFrame& f) { f.moves[0].ticks[0] = 1; }) == kUnknownTick);
   CHECK(refusal([](GivenFrame& f) { f.moves[0].ticks[0] += 1000; }) == kUnknownTick);
   CHECK(refusal([](GivenFrame& f) { f.moves[0].ticks[0] -= 150; }) == kUnknownTick);
-  CHECK(stage.client().refused == 9);
+  CHECK(stage.told().refused == 9);
   CHECK(refusal([](GivenFrame&) {}) == kNone);
   // nothing of a refused frame is taken: the object is where the good ones have it
   CHECK(stage.step().objects[0].X_WO.p == Vec3{});
@@ -283,8 +283,8 @@ TEST_CASE("given: a servo that begins anew is believed, and who leaves or change
   stage.servo.impulses_since_ns = stage.t_ns;
   run(20, said);
   // its very first tick may not be known yet
-  CHECK(stage.client().refused <= 2);  // at both starts, before a tick was known
-  CHECK(stage.client().refusal == GiverRefusal::kNone);
+  CHECK(stage.told().refused <= 2);  // at both starts, before a tick was known
+  CHECK(stage.told().refusal == 0);
   CHECK(scene.objects[0].reduction == 0);
   // elsewhere, and no push moves it any more: what is felt does not jump there
   GivenMotion wall = said;
@@ -304,7 +304,7 @@ TEST_CASE("given: a servo that begins anew is believed, and who leaves or change
 TEST_CASE(
     "given: what a client has given the hand is a client's power, and too much of it is cut") {
   Stage stage;
-  stage.model.given.clients[0].max_power = 0.2;
+  stage.model.given.clients[0].config.max_power = 0.2;
   GivenMotion said = still_motion();
   SceneFrame scene;
   for (int n = 0; n < 300; ++n) {

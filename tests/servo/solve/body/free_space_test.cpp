@@ -64,6 +64,13 @@ class LateLoop {
   double turn_;
 };
 
+/// The objects at these poses.
+TickScene placed(std::span<const Pose> X_WO) {
+  TickScene scene;
+  for (const Pose& X : X_WO) scene.X_WO.push_back(X), scene.V_WO.push_back({});
+  return scene;
+}
+
 }  // namespace
 
 TEST_CASE("free space: what is left is what no point of the ball has moved", "[servo]") {
@@ -86,7 +93,8 @@ TEST_CASE("free space: what is left is what no point of the ball has moved", "[s
     set->X_WG = near({}, 0.1);
     seen[1].clearance = random.uniform(0.5, 2) * seen[0].clearance;
     const Pose X_WT = near(set->X_WG, random.uniform(0, 0.02));
-    const FreeSpace space(*set, tool, X_WO);
+    const TickScene scene = placed(X_WO);
+    const FreeSpace space(*set, tool, scene);
     const Pose X_WC = motion_of_centre(tool, {X_WT, {}}).X_WC;
     const double left = space.left_at(X_WC);
     if (!(left > 0)) continue;
@@ -171,11 +179,11 @@ TEST_CASE("free space: while contact is away a hand is caught up with, however f
 TEST_CASE("free space: what an object has moved is used up", "[servo]") {
   auto set = empty_set(0.05);
   std::array<Pose, 1> X_WO;
-  CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.05));
+  CHECK(FreeSpace(*set, {}, placed(X_WO)).left_at({}) == Approx(0.05));
   X_WO[0].p.x = 0.01;
-  CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.04));
+  CHECK(FreeSpace(*set, {}, placed(X_WO)).left_at({}) == Approx(0.04));
   // a tool that moves along with the object uses up nothing
-  CHECK(FreeSpace(*set, {}, X_WO).left_at({{0.01, 0, 0}, {}}) == Approx(0.05));
+  CHECK(FreeSpace(*set, {}, placed(X_WO)).left_at({{0.01, 0, 0}, {}}) == Approx(0.05));
 }
 
 TEST_CASE("free space: an object far away that moves uses up its own clearance alone", "[servo]") {
@@ -183,26 +191,41 @@ TEST_CASE("free space: an object far away that moves uses up its own clearance a
   set->objects.push_back({{}, 0.4});
   std::array<Pose, 2> X_WO;
   X_WO[1].p.x = 0.02;
-  CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.005));
+  CHECK(FreeSpace(*set, {}, placed(X_WO)).left_at({}) == Approx(0.005));
   X_WO[1].p.x = 0.398;
-  CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.002));
+  CHECK(FreeSpace(*set, {}, placed(X_WO)).left_at({}) == Approx(0.002));
   // no free space if the place or the clearance of an object is unknown, or without objects
-  CHECK_FALSE(FreeSpace(*set, {}, std::span(X_WO).first(1)).left_at({}) > 0);
+  CHECK_FALSE(FreeSpace(*set, {}, placed(std::span(X_WO).first(1))).left_at({}) > 0);
   set->objects[0].clearance = 0;
-  CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
+  CHECK_FALSE(FreeSpace(*set, {}, placed(X_WO)).left_at({}) > 0);
   set->objects.clear();
-  CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
+  CHECK_FALSE(FreeSpace(*set, {}, placed(X_WO)).left_at({}) > 0);
 }
 
 TEST_CASE("free space: nothing that is not a number makes a place free", "[servo][trap]") {
   auto set = empty_set(1);
   const std::array<Pose, 1> X_WO{};
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  CHECK(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
+  CHECK(FreeSpace(*set, {}, placed(X_WO)).left_at({}) > 0);
   set->X_WG.p.x = nan;
-  CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
+  CHECK_FALSE(FreeSpace(*set, {}, placed(X_WO)).left_at({}) > 0);
   set->X_WG.p.x = 0;
-  CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({{nan, 0, 0}, {}}) > 0);
+  CHECK_FALSE(FreeSpace(*set, {}, placed(X_WO)).left_at({{nan, 0, 0}, {}}) > 0);
   set->objects[0].clearance = nan;
-  CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
+  CHECK_FALSE(FreeSpace(*set, {}, placed(X_WO)).left_at({}) > 0);
+}
+
+TEST_CASE("free space: a plane of a client ends it", "[servo]") {
+  auto set = empty_set(0.05);
+  Contact plane{};
+  plane.object = kNoObject;
+  plane.giver = moved_by_client(2);
+  plane.normal_O = {0, 0, 1};
+  plane.object_point_O.z = -0.02;
+  plane.tool_point_T.z = -0.005;
+  set->contacts.push_back(plane);
+  TickScene scene = placed(std::array<Pose, 1>{});
+  scene.place_surfaces(*set);
+  CHECK(FreeSpace(*set, {}, scene).left_at({}) == Approx(0.015));
+  CHECK_FALSE(FreeSpace(*set, {}, scene).left_at({{0, 0, -0.016}, {}}) > 0);
 }

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/given/given_touch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "proto/math/assert.h"
+#include "proto/math/motion_metric.h"
+#include "proto/math/units.h"
+#include "proto/wire/per_object.h"
+#include "proto/wire/scene_pose.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kMostDistance = 100;          // of a place from its origin [m]
+constexpr double kMostForce = 1e6;             // beyond all devices [N, N·m]
+constexpr double kSymmetry = 1e-6;             // of K in the metric
+constexpr double kRounding = 1e-9;             // by which a B may seem to drive, in the metric
+constexpr double kUnitNormal = 1e-3;           // by which a normal's square may differ from one
+constexpr double kFade = 0.050;                // between what one gives and its successor [s]
+constexpr uint64_t kFeatureBits = ~0ull >> 2;  // of Contact::feature, beside its kind
+
+bool all_finite(std::span<const double> numbers) {
+  return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); });
+}
+
+/// A matrix in the metric: each direction by the root of what is the most of it. A direction that
+/// may have none is left out.
+Mat6 in_metric(const std::array<double, 36>& matrix, double translational, double rotational) {
+  std::array<double, 6> scale;
+  for (size_t i = 0; i < 6; ++i) {
+    const double most = i < 3 ? translational : rotational;
+    scale[i] = most > 0 ? 1 / std::sqrt(most) : 0;
+  }
+  Mat6 out;
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t j = 0; j < 6; ++j) out(i, j) = scale[i] * matrix[6 * i + j] * scale[j];
+  }
+  return out;
+}
+
+/// Largest sum of a row: no eigenvalue of a symmetric matrix is larger.
+double largest_row(const Mat6& m) {
+  double largest = 0;
+  for (size_t i = 0; i < 6; ++i) {
+    double sum = 0;
+    for (size_t j = 0; j < 6; ++j) sum += std::fabs(m(i, j));
+    largest = std::max(largest, sum);
+  }
+  return largest;
+}
+
+bool is_symmetric(const Mat6& m) {
+  const double most = kSymmetry * std::max(1.0, largest_row(m));
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t j = 0; j < i; ++j) {
+      if (!(std::fabs(m(i, j) - m(j, i)) <= most)) return false;
+    }
+  }
+  return true;
+}
+
+/// True if V·(B V) is never below zero.
+bool brakes(const Mat6& B) {
+  Mat6 whole;
+  const double rounding = kRounding * std::max(1.0, largest_row(B));
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t j = 0; j < 6; ++j) whole(i, j) = 0.5 * (B(i, j) + B(j, i)) + (i == j) * rounding;
+  }
+  return factor_metric(whole).valid;
+}
+
+/// The matrix as far as the most in each direction lets it be, and no direction that has none.
+void scale_down(std::array<double, 36>& matrix, double by, double translational,
+                double rotational) {
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t j = 0; j < 6; ++j) {
+      const bool moves = translational > 0 || (i >= 3 && j >= 3);
+      const bool turns = rotational > 0 || (i < 3 && j < 3);
+      matrix[6 * i + j] *= moves && turns ? by : 0;
+    }
+  }
+}
+
+GiverRefusal refusal_of(const ToolWrench& w, const GivenTouchLimits& limits) {
+  const bool are_numbers = is_finite(w.X_WT) && is_unit(w.X_WT.q) && is_finite(w.F0_W) &&
+                           all_finite(w.K) && all_finite(w.B) && std::isfinite(w.trust_radius);
+  if (!are_numbers) return GiverRefusal::kNotFinite;
+  const bool is_near = norm(w.X_WT.p) <= kMostDistance && norm(w.F0_W.f) <= kMostForce &&
+                       norm(w.F0_W.t) <= kMostForce && w.trust_radius >= 0;
+  if (!is_near) return GiverRefusal::kTooFast;
+  const Mat6 K = in_metric(w.K, limits.translational_stiffness, limits.rotational_stiffness);
+  return is_symmetric(K) ? GiverRefusal::kNone : GiverRefusal::kNotSymmetric;
+}
+
+GiverRefusal refusal_of(const GivenPlane& plane, const GivenTouchModel& model, uint32_t n_hands) {
+  const bool are_numbers = is_finite(plane.tool_point_T) && is_finite(plane.object_point_O) &&
+                           is_finite(plane.normal_O) && std::isfinite(plane.extent) &&
+                           std::isfinite(plane.stiffness);
+  if (!are_numbers) return GiverRefusal::kNotFinite;
+  const bool is_near =
+      norm(plane.tool_point_T) <= kMostDistance && norm(plane.object_point_O) <= kMostDistance;
+  if (!is_near) return GiverRefusal::kTooFast;
+  const bool is_plane = std::fabs(norm_squared(plane.normal_O) - 1) < kUnitNormal &&
+                        plane.extent >= 0 && plane.stiffness >= 0 && plane.hand < n_hands &&
+                        (plane.object < model.n_objects || plane.object == kNoObject);
+  return is_plane ? GiverRefusal::kNone : GiverRefusal::kNoPlane;
+}
+
+/// Why a frame cannot be used; the wrenches and planes for other hands are judged where they are
+/// used, but for whom they are.
+GiverRefusal refusal_of(const GivenTouchModel& model, const ClientConfig& client,
+                        const GivenFrame& given) {
+  if (!may_give(client, given)) return GiverRefusal::kNotAllowed;
+  std::array<bool, kMostHands> is_pushed{};
+  for (const GivenWrench& push : given.pushes) {
+    if (push.hand >= kMostHands || std::exchange(is_pushed[push.hand], true)) {
+      return GiverRefusal::kNoPlane;
+    }
+    if (push.hand != model.hand) continue;
+    const GiverRefusal why = refusal_of(push.wrench, model.limits);
+    if (why != GiverRefusal::kNone) return why;
+  }
+  for (const GivenPlane& plane : given.planes) {
+    const GiverRefusal why = refusal_of(plane, model, kMostHands);
+    if (why != GiverRefusal::kNone) return why;
+  }
+  return GiverRefusal::kNone;
+}
+
+/// A wrench within the limits. True: it has less than it said.
+bool cut(const GivenTouchLimits& limits, ToolWrench& w) {
+  const double k_T = limits.translational_stiffness, k_R = limits.rotational_stiffness;
+  const double b_T = limits.translational_damping, b_R = limits.rotational_damping;
+  const Mat6 K = in_metric(w.K, k_T, k_R), B = in_metric(w.B, b_T, b_R);
+  const double stiff = std::max(largest_row(K), 1.0), hard = std::max(largest_row(B), 1.0);
+  const bool is_brake = brakes(B);
+  scale_down(w.K, 1 / stiff, k_T, k_R);
+  scale_down(w.B, is_brake ? 1 / hard : 0, b_T, b_R);
+  w.X_WT.q = normalized(w.X_WT.q);
+  return stiff > 1 || hard > 1 || !is_brake;
+}
+
+/// What the frame gives to the hand.
+GivenToHand taken(const GivenTouchModel& model, const GivenFrame& given, uint64_t generation) {
+  GivenToHand out;
+  out.generation = generation;
+  for (const GivenWrench& push : given.pushes) {
+    if (push.hand != model.hand) continue;
+    out.wrench = push.wrench;
+    out.is_cut = cut(model.limits, *out.wrench);
+  }
+  for (const GivenPlane& plane : given.planes) {
+    if (plane.hand != model.hand) continue;
+    out.planes.push_back(plane);
+    GivenPlane& kept = out.planes.back();
+    out.is_cut |= kept.stiffness > model.limits.contact_stiffness;
+    kept.stiffness = std::min(kept.stiffness, model.limits.contact_stiffness);
+    kept.normal_O = kept.normal_O / norm(kept.normal_O);
+  }
+  return out;
+}
+
+Contact contact_of(const GivenPlane& plane, uint32_t client, double weight) {
+  Contact c{};
+  c.tool_point_T = plane.tool_point_T;
+  c.object_point_O = plane.object_point_O;
+  c.normal_O = c.shading_normal_O = plane.normal_O;
+  c.extent = plane.extent;
+  c.stiffness = plane.stiffness;
+  c.reduction = 1 - weight;
+  c.object = plane.object;
+  c.giver = moved_by_client(client);
+  c.feature = plane.feature & kFeatureBits;
+  return c;
+}
+
+/// The servo has room for as many surfaces, each the planes of a client on an object.
+bool has_room(const ContactSet& set, const Contact& next) {
+  if (set.contacts.full()) return false;
+  const auto is_same = [](const Contact& a, const Contact& b) {
+    return a.giver == b.giver && a.object == b.object;
+  };
+  size_t n = 1;
+  for (size_t i = 0; i < set.contacts.size(); ++i) {
+    const Contact& c = set.contacts[i];
+    if (c.giver == 0) continue;
+    if (is_same(c, next)) return true;
+    const auto before = std::span(set.contacts.data(), i);
+    n += std::ranges::none_of(before, [&](const Contact& b) { return is_same(b, c); });
+  }
+  return n <= kMostSurfaces;
+}
+
+void add_client(const GivenTouchModel& model, const GivenTouchState& state, size_t k,
+                uint32_t held_object, ContactSet& set) {
+  const uint32_t client = model.clients[k].client;
+  const GivenTouchState::Client& known = state.clients[k];
+  if (!(known.weight > 0)) return;
+  if (known.given.wrench) {
+    set.wrenches.push_back({*known.given.wrench, known.weight, moved_by_client(client), 0});
+    set.flags |= kContactGiven;
+  }
+  for (const GivenPlane& plane : known.given.planes) {
+    if (plane.object != kNoObject && plane.object == held_object) continue;
+    const Contact c = contact_of(plane, client, known.weight);
+    if (!has_room(set, c)) {
+      set.flags |= kContactTruncated;
+      continue;
+    }
+    set.contacts.push_back(c);
+    set.flags |= kContactGiven;
+  }
+}
+
+/// Reads what the hand has felt of the clients until this frame of the servo.
+void see_felt(const GivenTouchModel& model, GivenTouchState& state, const ServoFrame& servo) {
+  const bool is_anew = servo.impulses_since_ns != state.servo_since_ns;
+  state.servo_since_ns = servo.impulses_since_ns;
+  for (size_t k = 0; k < model.clients.size(); ++k) {
+    GivenTouchState::Client& known = state.clients[k];
+    known.is_short = false;
+    const auto felt = std::ranges::find(servo.felt, model.clients[k].client, &FeltClient::client);
+    if (is_anew) known.energy = 0;
+    if (felt == servo.felt.end() || !std::isfinite(felt->energy)) continue;
+    known.power.add(felt->energy - known.energy, servo.t_ns);
+    known.energy = felt->energy;
+    known.is_short = felt->share < 0.5;
+  }
+}
+
+}  // namespace
+
+GivenTouchModel build_given_touch(const SessionConfig& config, uint32_t hand) {
+  GivenTouchModel model;
+  model.hand = hand;
+  model.n_objects = config.n_objects;
+  for (uint32_t c = 0; c < config.n_clients; ++c) {
+    const ClientConfig& client = config.clients[c];
+    if ((client.may & (kMayPush | kMayTouch)) != 0) model.clients.push_back({c, client});
+  }
+  const DeviceMap& map = config.map;
+  GivenTouchLimits& limits = model.limits;
+  limits.translational_stiffness = config.coupling.translational_stiffness;
+  limits.rotational_stiffness = config.coupling.rotational_stiffness;
+  limits.translational_damping = config.device.max_damping / (map.motion_scale * map.force_scale);
+  limits.rotational_damping = config.device.max_rotational_damping / map.force_scale;
+  limits.contact_stiffness = config.proxy.contact_stiffness;
+  return model;
+}
+
+GivenTouchState begin_given_touch(const GivenTouchModel& model) {
+  GivenTouchState state;
+  state.clients.resize(model.clients.size());
+  return state;
+}
+
+void see_client(const GivenTouchModel& model, GivenTouchState& state, size_t k, uint64_t generation,
+                const GivenFrame& given, int64_t t_ns) {
+  HAPTIC_ASSERT(k < state.clients.size());
+  GivenTouchState::Client& known = state.clients[k];
+  if (!known.heard.look_at(generation, given, t_ns)) return;
+  GiverRefusal why = known.heard.wrong_time(given, t_ns);
+  if (why == GiverRefusal::kNone) why = refusal_of(model, model.clients[k].config, given);
+  known.heard.conclude(given, why, t_ns);
+  if (why != GiverRefusal::kNone) return;
+  if (known.weight > 0 && known.given.generation != generation) return;
+  known.given = taken(model, given, generation);
+}
+
+void add_given(const GivenTouchModel& model, GivenTouchState& state, const ServoFrame& servo,
+               uint32_t held_object, ContactSet& set) {
+  if (model.clients.empty()) return;
+  constexpr double kLeastStep = 1e-6, kMostStep = 0.1;  // [s]
+  const double since = seconds_of(servo.t_ns - state.weighed_ns);
+  const double dt = std::clamp(since, kLeastStep, kMostStep);
+  state.weighed_ns = servo.t_ns;
+  see_felt(model, state, servo);
+  const bool is_rendered = (set.flags & kContactNoFreePose) == 0;
+  for (size_t k = 0; k < model.clients.size(); ++k) {
+    GivenTouchState::Client& known = state.clients[k];
+    const double weight = known.heard.weigh(servo.t_ns, dt);
+    const bool is_of_now = known.given.generation == known.heard.generation();
+    known.weight = std::clamp(is_of_now ? weight : 0, known.weight - dt / kFade,
+                              known.weight + dt / kFade);
+    if (is_rendered) add_client(model, state, k, held_object, set);
+    GiverState out = known.heard.report(model.clients[k].client, servo.t_ns);
+    out.given_power = known.power.energy(servo.t_ns);
+    if (known.is_short) out.flags |= kGiverCut;
+    if (known.given.is_cut) out.flags |= kGiverLimited;
+    set.givers.push_back(out);
+  }
+}
+
+}  // namespace haptic
