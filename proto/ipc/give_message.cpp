@@ -81,7 +81,7 @@ FileDescriptor connected_to(const std::string& path, const std::string& name) {
 
 std::string text_of(const GivePlace& place) {
   std::string text = std::string(kPlace) + std::to_string(place.client) + " " +
-                     std::to_string(place.generation) + "\n";
+                     std::to_string(place.generation) + " " + std::to_string(place.may) + "\n";
   for (const GivePlace::Object& object : place.moves) {
     text += std::to_string(object.index) + " " + object.name + "\n";
   }
@@ -93,9 +93,10 @@ GivePlace read_place(std::string_view text) {
   std::string_view rest = text.substr(kPlace.size());
   std::string_view line = take_until(rest, '\n');
   const auto client = number_from<uint32_t>(take_until(line, ' '));
-  const auto generation = number_from<uint64_t>(line);
+  const auto generation = number_from<uint64_t>(take_until(line, ' '));
+  const auto may = number_from<uint32_t>(line);
   GivePlace place;
-  bool is_good = client && *client < kMostClients && generation;
+  bool is_good = client && *client < kMostClients && generation && may;
   while (is_good && !rest.empty()) {
     line = take_until(rest, '\n');
     const auto index = number_from<uint32_t>(take_until(line, ' '));
@@ -108,6 +109,7 @@ GivePlace read_place(std::string_view text) {
   }
   place.client = *client;
   place.generation = *generation;
+  place.may = *may;
   return place;
 }
 

@@ -8,12 +8,13 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/config/client_config.h"
 #include "proto/ipc/channels.h"
 #include "proto/ipc/unix_socket.h"
 
 /// How a client comes to give. It connects to `<runtime folder>/<session>.give`, says the name that
-/// the session file has for it, and is told its number, the generation that its segment is to have
-/// and the objects that it may move. It makes the segment, offers it in an announcement
+/// the session file has for it, and is told its number, the generation that its segment is to have,
+/// what it may and the objects that it may move. It makes the segment, offers it in an announcement
 /// (handout_message.h), and is told "ok". As long as it is connected, it gives.
 namespace haptic {
 
@@ -30,6 +31,7 @@ struct GivePlace {
   };
   uint32_t client = 0;
   uint64_t generation = 0;  // of the segment to be made
+  uint32_t may = 0;         // ClientRight
   std::vector<Object> moves;
 };
 std::string text_of(const GivePlace& place);

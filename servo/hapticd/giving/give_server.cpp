@@ -151,8 +151,8 @@ bool GiveServer::take_name(Peer& peer, int64_t t_ns) {
   peer.step = Step::kNamed;
   peer.since_ns = told_ns_[*client] = t_ns;
   seats_[*client] = {true, false, peer.pid, peer.user};
-  GivePlace place{*client, ++generations_[*client], {}};
   const ClientConfig& known = config_.clients[*client];
+  GivePlace place{*client, ++generations_[*client], known.may, {}};
   for (uint32_t i = 0; i < known.n_moves; ++i) {
     place.moves.push_back(
         {known.moves[i], std::string(view(config_.objects[known.moves[i]].name))});

@@ -37,6 +37,7 @@ SessionConfig config_of_two() {
   config.clients[0].n_moves = 1;
   config.clients[1].n_moves = 1;
   config.clients[1].moves[0] = 1;
+  config.clients[1].may = kMayDraw;
   return config;
 }
 
@@ -113,6 +114,7 @@ TEST_CASE("give: a client takes its place, offers its segment, and leaves") {
   const GivePlace place = read_place(session.say(robot, "robot"));
   CHECK(place.client == 0);
   CHECK(place.generation == 1);
+  CHECK(place.may == 0);
   REQUIRE(place.moves.size() == 1);
   CHECK(place.moves[0].index == 0);
   CHECK(place.moves[0].name == "cup");
@@ -131,6 +133,7 @@ TEST_CASE("give: a client takes its place, offers its segment, and leaves") {
   const GivePlace lids = read_place(session.say(session.connect(), "lids"));
   CHECK(lids.client == 1);
   CHECK(lids.moves.at(0).name == "red lid");
+  CHECK(lids.may == kMayDraw);
 }
 
 TEST_CASE("give: a name that is unknown, taken or comes again too soon has no place") {
@@ -213,14 +216,15 @@ TEST_CASE("give: a segment that could harm its readers is refused") {
 }
 
 TEST_CASE("give: texts of a place that are none") {
-  for (const char* text : {"", "place", "place 9 1\n", "place 0\n", "place 0 1\n256 x\n",
-                           "place 0 1\n1\n", "place 0 1\nx y\n", "no place"}) {
+  for (const char* text : {"", "place", "place 9 1 0\n", "place 0 1\n", "place 0 1 0\n256 x\n",
+                           "place 0 1 0\n1\n", "place 0 1 0\nx y\n", "no place"}) {
     CHECK_THROWS_AS(read_place(text), HandoutError);
   }
-  const GivePlace place{3, 17, {{5, "a b"}, {200, "ü"}}};
+  const GivePlace place{3, 17, kMayPush | kMayDraw, {{5, "a b"}, {200, "ü"}}};
   const GivePlace read = read_place(text_of(place));
   CHECK(read.client == 3);
   CHECK(read.generation == 17);
+  CHECK(read.may == (kMayPush | kMayDraw));
   REQUIRE(read.moves.size() == 2);
   CHECK(read.moves[0].name == "a b");
   CHECK(read.moves[1].index == 200);
