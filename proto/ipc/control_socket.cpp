@@ -62,18 +62,18 @@ void ControlServer::restore() {
 }
 
 void ControlServer::accept_peer() {
-  FileDescriptor socket(accept4(listener_.fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-  if (!socket.is_open()) return;
-  const std::optional<uid_t> user = user_of(socket.get());
+  std::optional<FileDescriptor> socket = listener_.accept();
+  if (!socket || !socket->is_open()) return;
+  const std::optional<uid_t> user = user_of(socket->get());
   if (user != 0 && user != geteuid()) {
-    send_line(socket.get(), only_owner(geteuid()));
+    send_line(socket->get(), only_owner(geteuid()));
     return;
   }
   // the oldest of too many is stale
   if (peers_.size() >= kMostPeers) peers_.erase(peers_.begin());
   epoll_event event{EPOLLIN, {.u64 = next_peer_}};
-  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, socket.get(), &event) == 0) {
-    peers_.emplace(next_peer_++, std::move(socket));
+  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, socket->get(), &event) == 0) {
+    peers_.emplace(next_peer_++, std::move(*socket));
   }
 }
 

@@ -102,7 +102,6 @@ HandoutServer::HandoutServer(const std::string& session) : session_(session) {
   // with the lock held, an existing socket is left over from a killed server; everybody who may
   // enter the folder may read the segments
   listener_.emplace(folder_ + "/" + session + ".sock", 0666);
-  spare_ = FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));
   epoll_ = FileDescriptor(epoll_create1(EPOLL_CLOEXEC));
   wait_for_clients();
 }
@@ -202,18 +201,9 @@ std::string HandoutServer::refusal_of(uid_t user, int fd) const {
 }
 
 bool HandoutServer::accept_client() {
-  Peer peer;
-  peer.socket =
-      FileDescriptor(accept4(listener_->fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-  if (!peer.socket.is_open()) {
-    if (errno != EMFILE && errno != ENFILE) return errno == EINTR || errno == ECONNABORTED;
-    // an unaccepted client would wake epoll for ever: the spare descriptor serves to accept and
-    // close it
-    spare_.reset();
-    FileDescriptor(accept4(listener_->fd(), nullptr, nullptr, SOCK_CLOEXEC));
-    spare_ = FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));
-    return true;
-  }
+  std::optional<FileDescriptor> socket = listener_->accept();
+  if (!socket || !socket->is_open()) return socket.has_value();
+  Peer peer{.socket = std::move(*socket)};
   peer.user = user_of(peer.socket.get()).value_or(std::numeric_limits<uid_t>::max());
   const std::string why = refusal_of(peer.user, peer.socket.get());
   if (why.empty()) {

@@ -88,7 +88,6 @@ class HandoutServer {
   FileDescriptor lock_;
   std::optional<UnixListener> listener_;
   FileDescriptor epoll_;
-  FileDescriptor spare_;                   // closed for a moment when no other descriptor is left
   std::map<SegmentId, Segment> segments_;  // the newest generation of each
   std::map<int, Peer> peers_;              // by descriptor
 };

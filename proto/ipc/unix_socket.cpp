@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/ipc/unix_socket.h"
 
+#include <fcntl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -17,6 +18,10 @@ namespace {
 
 constexpr int kBacklog = SOMAXCONN;      // a flood must not fill it before connections are accepted
 constexpr int64_t kRetryNs = 2'000'000;  // while the queue is full [ns]
+
+FileDescriptor spare_descriptor() {
+  return FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));
+}
 
 }  // namespace
 
@@ -62,7 +67,8 @@ std::optional<FileIdentity> identity_of(const std::string& path) {
   return FileIdentity{status.st_dev, status.st_ino};
 }
 
-UnixListener::UnixListener(std::string path, mode_t mode) : path_(std::move(path)), mode_(mode) {
+UnixListener::UnixListener(std::string path, mode_t mode)
+    : path_(std::move(path)), mode_(mode), spare_(spare_descriptor()) {
   listen_again();
 }
 
@@ -81,6 +87,16 @@ void UnixListener::listen_again() {
     throw_errno("cannot listen on " + path_);
   }
   file_ = identity_of(path_);
+}
+
+std::optional<FileDescriptor> UnixListener::accept() {
+  FileDescriptor peer(accept4(fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  if (peer.is_open() || errno == EINTR || errno == ECONNABORTED) return peer;
+  if (errno != EMFILE && errno != ENFILE) return std::nullopt;
+  spare_.reset();
+  FileDescriptor(accept4(fd(), nullptr, nullptr, SOCK_CLOEXEC));
+  spare_ = spare_descriptor();
+  return peer;
 }
 
 std::optional<uid_t> user_of(int socket) {

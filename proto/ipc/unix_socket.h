@@ -59,11 +59,16 @@ class UnixListener {
   bool is_in_place() const { return file_ && identity_of(path_) == file_; }
   /// Listens there again, with a new descriptor. Throws HandoutError.
   void listen_again();
+  /// The next connection, which does not block; empty: none waits. One that is not open has ended,
+  /// or was ended because the process has no descriptor left: unaccepted it would wake epoll for
+  /// ever.
+  std::optional<FileDescriptor> accept();
 
  private:
   std::string path_;
   mode_t mode_;
   FileDescriptor socket_;
+  FileDescriptor spare_;  // closed for a moment when no other descriptor is left
   std::optional<FileIdentity> file_;
 };
 

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/hapticd/giving/give_server.h"
 
-#include <fcntl.h>
 #include <pwd.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
+#include <utility>
 #include <vector>
 
 #include "proto/ipc/segment.h"
@@ -48,8 +47,7 @@ bool any_user(const SessionConfig& config) {
 GiveServer::GiveServer(const std::string& session, const SessionConfig& config)
     : config_(config),
       listener_(runtime_folder() + "/" + session + kGiveSuffix, any_user(config) ? 0666 : 0600),
-      epoll_(epoll_create1(EPOLL_CLOEXEC)),
-      spare_(open("/dev/null", O_RDONLY | O_CLOEXEC)) {
+      epoll_(epoll_create1(EPOLL_CLOEXEC)) {
   for (uint32_t c = 0; c < config.n_clients; ++c) {
     const std::string_view name = view(config.clients[c].user);
     if (!name.empty()) users_[c] = user_named(name);
@@ -76,17 +74,9 @@ bool GiveServer::is_known(uid_t user) const {
 }
 
 bool GiveServer::accept_peer(int64_t t_ns) {
-  Peer peer;
-  peer.socket =
-      FileDescriptor(accept4(listener_.fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-  if (!peer.socket.is_open()) {
-    if (errno != EMFILE && errno != ENFILE) return errno == EINTR || errno == ECONNABORTED;
-    // an unaccepted client would wake epoll for ever
-    spare_.reset();
-    FileDescriptor(accept4(listener_.fd(), nullptr, nullptr, SOCK_CLOEXEC));
-    spare_ = FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));
-    return true;
-  }
+  std::optional<FileDescriptor> socket = listener_.accept();
+  if (!socket || !socket->is_open()) return socket.has_value();
+  Peer peer{.socket = std::move(*socket)};
   ucred who{};
   socklen_t size = sizeof who;
   if (getsockopt(peer.socket.get(), SOL_SOCKET, SO_PEERCRED, &who, &size) != 0) return true;

@@ -74,7 +74,6 @@ class GiveServer {
   const SessionConfig& config_;
   UnixListener listener_;
   FileDescriptor epoll_;
-  FileDescriptor spare_;  // closed for a moment when no other descriptor is left
   std::map<uint64_t, Peer> peers_;
   uint64_t next_peer_ = 1;
   std::array<GiverSeat, kMostClients> seats_{};
