@@ -45,7 +45,7 @@ Giver::Giver(Client& client, const std::string& session, const std::string& name
   for (uint32_t hand = 0; hand < kMostHands; ++hand) {
     hands_.push_back({client.ring<&ServoChannels::frames>(Start::kNewest, hand)});
   }
-  offer_to_give(seat_, segment_.fd());
+  offer_to_give(seat_, segment_spec<ClientChannels>(seat_.place.client), segment_.fd());
   segment_.set_state(SegmentState::kRun);
 }
 
