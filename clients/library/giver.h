@@ -59,6 +59,8 @@ class Giver {
   /// Number in the scene of an object that this client may move. Throws HandoutError.
   uint32_t object(std::string_view name) const;
   const std::vector<GivePlace::Object>& objects() const { return seat_.place.moves; }
+  /// Its place, for a Drawer.
+  const GiveSeat& seat() const { return seat_; }
 
   /// What has been pushed since the last call for this object, until instant_ns(). The first call
   /// begins to count.
