@@ -203,8 +203,12 @@ hapticd_result hapticd_giver_touch(hapticd_giver* giver, const hapticd_plane* pl
   return with(giver, [&] {
     // the first version ends with the feature
     const hapticd_plane given = taken(plane, HAPTIC_END(hapticd_plane, feature));
-    if (giver->giver.touch(checked_plane(given))) return HAPTICD_OK;
-    throw BadArgument("more than 24 planes before hapticd_giver_publish; give the nearest ones");
+    try {
+      giver->giver.touch(checked_plane(given));
+    } catch (const HandoutError& error) {
+      throw BadArgument(error.what());
+    }
+    return HAPTICD_OK;
   });
 }
 

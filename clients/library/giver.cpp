@@ -29,7 +29,7 @@ Giver::Giver(Client& client, const std::string& session, const std::string& name
     : seat_(ask_to_give(session, name)),
       segment_(seat_.place.generation, seat_.place.client),
       objects_(client) {
-  offer_to_give(seat_, segment_.fd());
+  offer_to_give(seat_, segment_spec<ClientChannels>(seat_.place.client), segment_.fd());
   segment_.set_state(SegmentState::kRun);
 }
 
@@ -74,10 +74,12 @@ void Giver::push(const GivenWrench& push) {
   }
 }
 
-bool Giver::touch(const GivenPlane& plane) {
-  if (frame_.planes.full()) return false;
+void Giver::touch(const GivenPlane& plane) {
+  if (frame_.planes.full()) {
+    throw HandoutError("touch: more than " + std::to_string(kMostGivenPlanes) +
+                       " planes before publishing; give the nearest ones");
+  }
   frame_.planes.push_back(plane);
-  return true;
 }
 
 void Giver::publish() {

@@ -46,6 +46,8 @@ class Giver {
   /// Number in the scene of an object that this client may move. Throws HandoutError.
   uint32_t object(std::string_view name) const;
   const std::vector<GivePlace::Object>& objects() const { return seat_.place.moves; }
+  /// Its place, for a Drawer.
+  const GiveSeat& seat() const { return seat_; }
 
   /// What has been pushed since the last call for this object (PushedObjects).
   GivenPush pushed(uint32_t object) { return objects_.by_hands(object); }
@@ -58,9 +60,9 @@ class Giver {
   /// Puts a wrench on a hand's tool, which it may pull with, until the next frame: the right
   /// "push".
   void push(const GivenWrench& push);
-  /// A plane that a hand's tool does not pass until the next frame: the right "touch". False: a
-  /// frame holds no more (kMostGivenPlanes).
-  bool touch(const GivenPlane& plane);
+  /// A plane that a hand's tool does not pass until the next frame: the right "touch". Throws
+  /// HandoutError: a frame holds no more (kMostGivenPlanes).
+  void touch(const GivenPlane& plane);
   /// Publishes all that has been said since the last time; wrenches and planes that were not said
   /// again are gone.
   void publish();

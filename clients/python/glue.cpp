@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "clients/library/client.h"
+#include "clients/library/drawer.h"
 #include "clients/library/giver.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/sessions.h"
@@ -194,14 +195,6 @@ Reader* open_reader(const std::string& session, const std::string& name, uint32_
   return new ReaderOf<&ControlChannels::frames>(session, kFirstHand, start);
 }
 
-/// An array that owns what a vector held.
-template <typename T>
-py::array_t<T> array_of(std::vector<T> values) {
-  auto* kept = new std::vector<T>(std::move(values));
-  const py::capsule owner(kept, [](void* held) { delete static_cast<std::vector<T>*>(held); });
-  return py::array_t<T>(static_cast<py::ssize_t>(kept->size()), kept->data(), owner);
-}
-
 class Log {
  public:
   explicit Log(const std::string& path) : trace_(path) {}
@@ -240,7 +233,8 @@ class Log {
         lists->add(record);
       }
     }
-    return py::make_tuple(array_of(std::move(bytes)), array_of(std::move(stamps)),
+    return py::make_tuple(ByteArray(std::ssize(bytes), bytes.data()),
+                          py::array_t<int64_t>(std::ssize(stamps), stamps.data()),
                           py::cast(std::move(lists)));
   }
 
@@ -257,29 +251,35 @@ class Log {
   std::mutex mutex_;
 };
 
+/// The records that an array holds.
+template <typename T>
+std::span<const T> records_in(const ByteArray& bytes) {
+  const auto size = static_cast<size_t>(bytes.nbytes());
+  if (size % sizeof(T) != 0) throw py::value_error("not the bytes of such records");
+  return {reinterpret_cast<const T*>(bytes.data()), size / sizeof(T)};
+}
+
 struct Giving : Connected {
   Giving(const std::string& session, const std::string& name)
       : client(session), giver(client, session, name) {
     client.start();
   }
-  uint32_t object(const std::string& name) const { return giver.object(name); }
-  /// Span, mean and slope of a push.
+  Giver& checked() { return check(), giver; }
+  uint32_t object(const std::string& name) { return checked().object(name); }
+  /// Span, mean and slope.
   py::array_t<double> pushed(uint32_t object) {
-    check();
-    const GivenPush push = giver.pushed(object);
+    const GivenPush push = checked().pushed(object);
     return py::array_t<double>(13, reinterpret_cast<const double*>(&push));
   }
-  template <typename T>
-  static T record_of(const ByteArray& bytes) {
-    T record;
-    if (bytes.nbytes() != sizeof record) throw py::value_error("bytes of another record");
-    std::memcpy(static_cast<void*>(&record), bytes.data(), sizeof record);
-    return record;
+  template <typename T, auto kSay>
+  void say(const ByteArray& bytes) {
+    for (const T& one : records_in<T>(bytes)) (checked().*kSay)(one);
   }
-  void move(const ByteArray& bytes) { check(), giver.move(record_of<GivenMotion>(bytes)); }
-  void push(const ByteArray& bytes) { check(), giver.push(record_of<GivenWrench>(bytes)); }
-  bool touch(const ByteArray& bytes) { return check(), giver.touch(record_of<GivenPlane>(bytes)); }
-  void publish() { check(), giver.publish(); }
+  void publish() { checked().publish(); }
+  bool draw(const ByteArray& points, const ByteArray& lines) {
+    if (!drawer) drawer.emplace(checked().seat());
+    return drawer->draw(records_in<DrawnPoint>(points), records_in<DrawnLine>(lines));
+  }
   std::string gone() {
     check();
     return client.is_connected() ? "" : why_gone(client.refusal(), client.has_ended());
@@ -287,7 +287,9 @@ struct Giving : Connected {
 
   Client client;
   Giver giver;
+  std::optional<Drawer> drawer;
 };
+static_assert(sizeof(GivenPush) == 13 * sizeof(double));
 
 /// By name: size, doc and fields of each record.
 py::dict records() {
@@ -341,9 +343,10 @@ PYBIND11_MODULE(_hapticd, m) {
            unlocked)
       .def("object", &Giving::object, arg("name"))
       .def("pushed", &Giving::pushed, arg("object"))
-      .def("move", &Giving::move, arg("motion").noconvert())
-      .def("push", &Giving::push, arg("push").noconvert())
-      .def("touch", &Giving::touch, arg("plane").noconvert())
+      .def("move", &Giving::say<GivenMotion, &Giver::move>, arg("motions").noconvert())
+      .def("push", &Giving::say<GivenWrench, &Giver::push>, arg("pushes").noconvert())
+      .def("touch", &Giving::say<GivenPlane, &Giver::touch>, arg("planes").noconvert())
       .def("publish", &Giving::publish)
+      .def("draw", &Giving::draw, arg("points").noconvert(), arg("lines").noconvert())
       .def("gone", &Giving::gone);
 }

@@ -16,8 +16,8 @@
 #include <utility>
 
 #include "proto/ipc/handout_message.h"
-#include "proto/ipc/segment.h"
 #include "proto/ipc/sessions.h"
+#include "proto/math/assert.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
 #include "proto/os/text.h"
@@ -33,6 +33,8 @@ namespace {
 constexpr int kPatienceMs = 5000;          // of a client for an answer [ms]
 constexpr int64_t kRetryNs = 250'000'000;  // where its name was used just now [ns]
 constexpr int kMostAttempts = 5;           // together more than the second that hapticd asks for
+// of a client, which hapticd maps in a turn of its loop [bytes]
+constexpr size_t kLargestGiven = size_t{32} << 20;
 constexpr std::string_view kPlace = "place ", kTaken = "ok";
 
 /// The text up to the next of these, which is removed with it.
@@ -113,8 +115,8 @@ GivePlace read_place(std::string_view text) {
   return place;
 }
 
-void check_given_segment(int fd, uint32_t client, uint64_t generation) {
-  const SegmentSpec spec = segment_spec<ClientChannels>(client);
+void check_given_segment(int fd, const SegmentSpec& spec, uint64_t generation) {
+  HAPTIC_ASSERT(spec.total_bytes <= kLargestGiven);
   constexpr int kSeals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_FUTURE_WRITE | F_SEAL_SEAL;
   const int seals = fcntl(fd, F_GET_SEALS);
   if (seals < 0 || (seals & kSeals) != kSeals) {
@@ -158,8 +160,7 @@ GiveSeat ask_to_give(const std::string& session, const std::string& name) {
   }
 }
 
-void offer_to_give(const GiveSeat& seat, int fd) {
-  const SegmentSpec spec = segment_spec<ClientChannels>(seat.place.client);
+void offer_to_give(const GiveSeat& seat, const SegmentSpec& spec, int fd) {
   offer_segment(seat.socket.get(), spec.id, seat.place.generation, spec.name, fd);
   const std::string answer = heard(seat.socket.get());
   if (answer != kTaken) throw HandoutError(shown(answer));

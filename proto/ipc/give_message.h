@@ -9,13 +9,14 @@
 #include <vector>
 
 #include "proto/config/client_config.h"
-#include "proto/ipc/channels.h"
+#include "proto/ipc/segment.h"
 #include "proto/ipc/unix_socket.h"
 
 /// How a client comes to give. It connects to `<runtime folder>/<session>.give`, says the name that
 /// the session file has for it, and is told its number, the generation that its segment is to have,
 /// what it may and the objects that it may move. It makes the segment, offers it in an announcement
-/// (handout_message.h), and is told "ok". As long as it is connected, it gives.
+/// (handout_message.h), and is told "ok". As long as it is connected, it gives. One that may draw
+/// offers a second segment then, once, in the same way.
 namespace haptic {
 
 inline constexpr const char* kGiveSuffix = ".give";
@@ -42,7 +43,7 @@ GivePlace read_place(std::string_view text);
 /// not in huge pages, exactly as long as it must be, sealed so that nobody can shrink, grow, reopen
 /// for writing or unseal it, with the right header, and every page of it there. Throws
 /// SegmentError.
-void check_given_segment(int fd, uint32_t client, uint64_t generation);
+void check_given_segment(int fd, const SegmentSpec& spec, uint64_t generation);
 
 /// A place that a client has in a session, which it keeps as long as `socket` is open.
 struct GiveSeat {
@@ -53,7 +54,7 @@ struct GiveSeat {
 /// remedy: no such session, no such [[client]], another one gives under that name, not allowed.
 /// Waits a second where the name has just been used.
 GiveSeat ask_to_give(const std::string& session, const std::string& name);
-/// Offers the segment, and waits until it is taken. Throws HandoutError.
-void offer_to_give(const GiveSeat& seat, int fd);
+/// Offers a segment, and waits until it is taken. Throws HandoutError.
+void offer_to_give(const GiveSeat& seat, const SegmentSpec& spec, int fd);
 
 }  // namespace haptic

@@ -37,6 +37,11 @@ constexpr rlim_t kKeptForChildren = 48 + 2 * kMostEyes;
 constexpr rlim_t kKeptForStrangers = kKeptForChildren + 48;
 constexpr size_t kMostEyesAtOnce = 4;  // unread by a client: as many as there are segments
 
+/// What clients draw is mapped by clients alone.
+constexpr bool is_drawn(SegmentId id) {
+  return id >= DrawChannels::id(0) && id <= DrawChannels::id(kMostClients - 1);
+}
+
 /// Creates the folder; an existing one must be ours, since anybody can make one in /tmp.
 void prepare_folder(const std::string& folder) {
   const bool shared = folder == kSystemFolder;
@@ -162,6 +167,8 @@ bool HandoutServer::add_peer(Peer peer) {
   for (const auto& [id, segment] : std::views::reverse(segments_)) {
     if (is_eye(id)) {
       if (!peer.is_child) peer.owed.insert(id);
+    } else if (peer.is_child && is_drawn(id)) {
+      continue;
     } else if (!send_announcement(fd, segment.announcement, segment.fd.get())) {
       return false;
     }
@@ -258,6 +265,7 @@ bool HandoutServer::store(const Announcement& announcement, FileDescriptor fd) {
 void HandoutServer::send_to_all(const Segment& segment) {
   // a full socket belongs to a peer that has not read hundreds of messages
   std::erase_if(peers_, [&](const auto& p) {
+    if (p.second.is_child && is_drawn(segment.announcement.id)) return false;
     return !send_announcement(p.second.socket.get(), segment.announcement, segment.fd.get());
   });
 }

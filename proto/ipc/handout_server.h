@@ -14,8 +14,8 @@
 
 /// How segments reach their readers. hapticd sends every client of a session's socket the
 /// descriptor of each segment and eye file, and of each later generation. Its children are
-/// connected by socket pairs; they alone may offer a segment, and contact the eye files, which go
-/// to clients alone.
+/// connected by socket pairs; they alone may offer a segment, and contact the eye files. These and
+/// what clients draw go to clients alone.
 namespace haptic {
 
 /// hapticd's end: the session's lock and socket, its clients and its children. It has no thread and
@@ -45,6 +45,8 @@ class HandoutServer {
 
   /// Announces a segment of hapticd's own. Takes a writer's descriptor, sends a read-only one.
   void announce(SegmentId id, uint64_t generation, const char* name, int fd);
+  /// Hands it out no longer: its writer has left. Who has it keeps it.
+  void withdraw(SegmentId id) { segments_.erase(id); }
 
   /// Makes a socket pair for a child that may offer segment `id`, and what may_offer() adds, from
   /// `generation` on. Returns the child's end, which is closed on exec unless kept.

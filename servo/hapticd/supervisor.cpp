@@ -131,7 +131,11 @@ void Supervisor::serve_givers() {
   givers_->serve(now_ns(), handlers);
   auto& giving = session_.desired.frame.giving;
   const auto before = giving;
-  for (uint32_t c = 0; c < giving.size(); ++c) giving[c] = givers_->giving(c);
+  for (uint32_t c = 0; c < giving.size(); ++c) {
+    giving[c] = givers_->giving(c);
+    // its memory is large; a drawing of the next one comes a turn after its first segment
+    if (giving[c] != before[c]) session_.server.withdraw(DrawChannels::id(c));
+  }
   // sim listens to nobody else
   if (giving != before) session_.desired.publish(now_ns());
 }

@@ -3,4 +3,5 @@
 
 // what programs outside of this tree include
 #include "clients/library/client.h"
+#include "clients/library/drawer.h"
 #include "clients/library/giver.h"

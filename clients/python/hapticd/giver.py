@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from . import _hapticd
 from ._closing import Closing
+from ._drawing import drawing_of
 from ._records import dtype
 
 Vector = npt.NDArray[np.float64]
@@ -308,8 +309,7 @@ class Giver(Closing):
         plane["feature"] = feature
         plane["object"] = _IN_WORLD if obj is None else getattr(obj, "index", obj)
         plane["hand"] = hand
-        if not self._open().touch(np.frombuffer(plane.tobytes(), np.uint8)):
-            raise ValueError("touch: more than 24 planes before publish(); give the nearest ones")
+        self._open().touch(np.frombuffer(plane.tobytes(), np.uint8))
 
     def publish(self) -> bool:
         """Publishes what has been said by ``move``, ``push`` and ``touch`` since the last time;
@@ -324,6 +324,28 @@ class Giver(Closing):
             raise _hapticd.Error(_words_of(gone))
         giving.publish()
         return not gone
+
+    def draw(
+        self,
+        points: Optional[npt.ArrayLike] = None,
+        *,
+        radius: npt.ArrayLike = 1e-3,
+        colour: npt.ArrayLike = 0xFFFFFF,
+        lines: Optional[npt.ArrayLike] = None,
+        line_colour: Optional[npt.ArrayLike] = None,
+    ) -> bool:
+        """Shows points and lines to viewers (``hapt view``), in place of the last ones; without
+        any it shows nothing. The ``[[client]]`` needs ``may = ["draw"]``.
+
+        - points (n, 3) [m] in W, at most 200,000
+        - radius [m]: a number or (n,); colour: 0xRRGGBB, (n,) of these, or (n, 3) of 0 to 1
+        - lines (m, 2, 3) [m] in W from and to, at most 20,000; line_colour as colour; without it
+          that of the points where it is one for all, else white
+
+        False: nothing was drawn, for the last drawing is shown for too short a time yet: at most 60
+        are shown in a second, 5 where one has more than 20,000 points or 2,000 lines.
+        """
+        return self._open().draw(*drawing_of(points, radius, colour, lines, line_colour))
 
     @property
     def is_connected(self) -> bool:

@@ -154,27 +154,35 @@ bool GiveServer::take_name(Peer& peer, int64_t t_ns) {
 bool GiveServer::take_segment(Peer& peer, int64_t t_ns, const Handlers& handlers) {
   const ReceivedMessage message = receive_message(peer.socket.get());
   if (message.kind == Received::kNothing) return true;
+  const ClientConfig& client = config_.clients[peer.client];
+  const std::string name(view(client.name));
+  const bool draws = peer.step == Step::kGives;
+  if (draws && message.kind == Received::kMessage && (client.may & kMayDraw) == 0) {
+    tell(peer.socket.get(), "'" + name + "' may not draw; add \"draw\" to may of its [[client]]");
+    return false;
+  }
+  const SegmentSpec spec =
+      draws ? segment_spec<DrawChannels>(peer.client) : segment_spec<ClientChannels>(peer.client);
   const uint64_t generation = generations_[peer.client];
   if (message.kind != Received::kMessage || message.announcement.generation != generation ||
-      message.announcement.id != ClientChannels::id(peer.client)) {
+      message.announcement.id != spec.id) {
     tell(peer.socket.get(), "this is not the segment that was asked for");
     return false;
   }
-  const std::string name(view(config_.clients[peer.client].name));
   try {
-    check_given_segment(message.fd.get(), peer.client, generation);
-    const SegmentSpec spec = segment_spec<ClientChannels>(peer.client);
+    check_given_segment(message.fd.get(), spec, generation);
     handlers.on_offer(make_announcement(spec.id, generation, spec.name), message.fd.get());
   } catch (const SegmentError& error) {
     tell(peer.socket.get(), error.what());
     handlers.say("client '" + name + "' is refused: " + error.what());
     return false;
   }
-  peer.step = Step::kGives;
+  peer.step = draws ? Step::kDraws : Step::kGives;
   peer.since_ns = t_ns;
   seats_[peer.client].gives = true;
   tell(peer.socket.get(), "ok");
-  handlers.say("client '" + name + "' gives, pid " + std::to_string(peer.pid));
+  handlers.say("client '" + name + (draws ? "' draws" : "' gives") + ", pid " +
+               std::to_string(peer.pid));
   return true;
 }
 
@@ -183,8 +191,9 @@ bool GiveServer::hear(Peer& peer, int64_t t_ns, const Handlers& handlers) {
     case Step::kConnected:
       return take_name(peer, t_ns);
     case Step::kNamed:
-      return take_segment(peer, t_ns, handlers);
     case Step::kGives:
+      return take_segment(peer, t_ns, handlers);
+    case Step::kDraws:
       // it has nothing more to say: a message, as its end, ends the connection
       return false;
   }
@@ -193,9 +202,12 @@ bool GiveServer::hear(Peer& peer, int64_t t_ns, const Handlers& handlers) {
 
 void GiveServer::drop(uint64_t number, const Handlers& handlers) {
   const Peer& peer = peers_.at(number);
-  if (peer.step != Step::kConnected) seats_[peer.client] = {};
-  if (peer.step == Step::kGives) {
-    handlers.say("client '" + std::string(view(config_.clients[peer.client].name)) + "' has left");
+  if (peer.step != Step::kConnected) {
+    if (seats_[peer.client].gives) {
+      const std::string name(view(config_.clients[peer.client].name));
+      handlers.say("client '" + name + "' has left");
+    }
+    seats_[peer.client] = {};
   }
   peers_.erase(number);
 }
@@ -214,7 +226,8 @@ void GiveServer::serve(int64_t t_ns, const Handlers& handlers) {
   }
   for (auto at = peers_.begin(); at != peers_.end();) {
     const auto& [number, peer] = *at++;
-    const bool is_slow = peer.step != Step::kGives && t_ns - peer.since_ns > kPatienceNs;
+    const bool comes = peer.step == Step::kConnected || peer.step == Step::kNamed;
+    const bool is_slow = comes && t_ns - peer.since_ns > kPatienceNs;
     if (is_slow) drop(number, handlers);
   }
 }

@@ -27,8 +27,8 @@ struct GiverSeat {
 
 /// hapticd's end of the socket for clients that give (give_message.h). It has no thread and never
 /// blocks. Only the owner of the session, root and the user of a [[client]] may give under its
-/// name. A client has a second for each step of coming; a name takes a new segment once a second,
-/// so that nobody keeps the others busy with mapping.
+/// name. A client has a second for each step of coming; a name takes new segments once a second, so
+/// that nobody keeps the others busy with mapping.
 class GiveServer {
  public:
   /// Listens beside the session's socket, whose lock must be held. Throws HandoutError.
@@ -51,7 +51,7 @@ class GiveServer {
   uint64_t giving(uint32_t client) const { return seats_[client].gives ? generations_[client] : 0; }
 
  private:
-  enum class Step { kConnected, kNamed, kGives };
+  enum class Step { kConnected, kNamed, kGives, kDraws };
   struct Peer {
     FileDescriptor socket;
     Step step = Step::kConnected;

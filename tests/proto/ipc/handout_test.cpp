@@ -344,6 +344,40 @@ TEST_CASE("handout: a stuck client is dropped and the others are served") {
   CHECK(attachments.is_connected());
 }
 
+TEST_CASE("handout: what clients draw goes to clients alone, until it is withdrawn") {
+  test::Served server("drawn");
+  SegmentWriter<SimChannels> sim(1);
+  const auto drawn = std::make_unique<SegmentWriter<DrawChannels>>(1, 2);
+  const auto attach = [](Attachments& one) {
+    auto rings = std::pair(one.source<DrawChannels>(2), one.source<SimChannels>());
+    one.start();
+    return rings;
+  };
+  Attachments child(server.connect_child(SegmentId::kControl, 1));
+  Attachments early(connect_session("drawn"));
+  auto [child_drawn, child_sim] = attach(child);
+  auto [early_drawn, early_sim] = attach(early);
+  REQUIRE(serve_until(server, [&] { return server.n_clients() == 1; }));
+  server.announce(DrawChannels::id(2), 1, "draw2", drawn->fd());
+  server.announce(SegmentId::kSim, 1, "sim", sim.fd());
+  CHECK(serve_until(server, [&] { return early_drawn.channels() != nullptr; }));
+  // a child that comes later, and a client
+  Attachments second(server.connect_child(SegmentId::kControl, 1));
+  Attachments late(connect_session("drawn"));
+  auto [second_drawn, second_sim] = attach(second);
+  auto [late_drawn, late_sim] = attach(late);
+  CHECK(serve_until(server, [&] { return late_drawn.channels() != nullptr; }));
+  // sim was announced after it
+  CHECK(serve_until(server, [&] { return child_sim.channels() && second_sim.channels(); }));
+  CHECK(child_drawn.channels() == nullptr);
+  CHECK(second_drawn.channels() == nullptr);
+  server.withdraw(DrawChannels::id(2));
+  Attachments after(connect_session("drawn"));
+  auto [after_drawn, after_sim] = attach(after);
+  CHECK(serve_until(server, [&] { return after_sim.channels() != nullptr; }));
+  CHECK(after_drawn.channels() == nullptr);
+}
+
 TEST_CASE("handout: only a child may offer a segment, and only its own") {
   test::Served server("offers");
   SegmentWriter<SimChannels> writer(4);

@@ -9,6 +9,7 @@
 #include <catch2/catch.hpp>
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -99,7 +100,7 @@ FileDescriptor spoiled(const std::function<void(SegmentHeader&)>& spoil, int sea
 std::string why_refused(const FileDescriptor& fd) {
   REQUIRE(fd.is_open());
   try {
-    check_given_segment(fd.get(), 0, 1);
+    check_given_segment(fd.get(), segment_spec<ClientChannels>(0), 1);
     return "";
   } catch (const SegmentError& error) {
     return error.what();
@@ -134,6 +135,53 @@ TEST_CASE("give: a client takes its place, offers its segment, and leaves") {
   CHECK(lids.client == 1);
   CHECK(lids.moves.at(0).name == "red lid");
   CHECK(lids.may == kMayDraw);
+}
+
+TEST_CASE("give: who may draw offers a second segment, once, and others are told why not") {
+  Serving session;
+  const FileDescriptor lids = session.connect();
+  const uint64_t generation = read_place(session.say(lids, "lids")).generation;
+  SegmentWriter<ClientChannels> segment(generation, 1);
+  const auto drawings = std::make_unique<SegmentWriter<DrawChannels>>(generation, 1);
+  // not before the first
+  CHECK(session.offer(lids, DrawChannels::id(1), generation, drawings->fd()) ==
+        "this is not the segment that was asked for");
+  session.t_ns += kNsPerSecond;
+  const FileDescriptor again = session.connect();
+  const uint64_t next = read_place(session.say(again, "lids")).generation;
+  SegmentWriter<ClientChannels> second(next, 1);
+  const auto drawn = std::make_unique<SegmentWriter<DrawChannels>>(next, 1);
+  CHECK(session.offer(again, ClientChannels::id(1), next, second.fd()) == "ok");
+  CHECK(session.offer(again, DrawChannels::id(1), next, drawn->fd()) == "ok");
+  REQUIRE(session.offers.size() == 2);
+  CHECK(session.offers[1].id == DrawChannels::id(1));
+  CHECK(session.said.back().starts_with("client 'lids' draws"));
+  // far longer than the steps of coming may last
+  session.t_ns += 10 * kNsPerSecond;
+  session.serve();
+  CHECK(session.server.giving(1) == next);
+  session.offer(again, DrawChannels::id(1), next, drawn->fd());
+  CHECK(session.server.giving(1) == 0);
+  const FileDescriptor robot = session.connect();
+  const uint64_t of_robot = read_place(session.say(robot, "robot")).generation;
+  SegmentWriter<ClientChannels> third(of_robot, 0);
+  CHECK(session.offer(robot, ClientChannels::id(0), of_robot, third.fd()) == "ok");
+  CHECK(session.offer(robot, DrawChannels::id(0), of_robot, drawn->fd()) ==
+        "'robot' may not draw; add \"draw\" to may of its [[client]]");
+  CHECK(session.offers.size() == 3);
+}
+
+TEST_CASE("give: what is drawn is checked as what is given") {
+  Serving session;
+  const FileDescriptor lids = session.connect();
+  const uint64_t generation = read_place(session.say(lids, "lids")).generation;
+  SegmentWriter<ClientChannels> segment(generation, 1);
+  REQUIRE(session.offer(lids, ClientChannels::id(1), generation, segment.fd()) == "ok");
+  // a segment of another kind under the right number
+  CHECK(session.offer(lids, DrawChannels::id(1), generation, segment.fd()).find("has not the") !=
+        std::string::npos);
+  CHECK(session.said[1].starts_with("client 'lids' is refused: "));
+  CHECK(session.offers.size() == 1);
 }
 
 TEST_CASE("give: a name that is unknown, taken or comes again too soon has no place") {
