@@ -20,6 +20,7 @@
 #include "clients/hapt/scenes.h"
 #include "clients/hapt/scratch_folder.h"
 #include "clients/hapt/session_process.h"
+#include "clients/library/given_player.h"
 #include "clients/library/recorder.h"
 #include "clients/log/trace_writer.h"
 #include "clients/report/session_plot.h"
@@ -56,6 +57,7 @@ struct PlayOptions {
   std::string title, next = "hapt demo --list";  // of the last line
   double duration = 20, standard_rate = kStandardRate;
   bool json = false, overwrite = false, report = false, verbose = false, view = false;
+  bool without_clients = false;  // what clients gave in the recording is left out
 };
 
 /// Observations of the recorder while the session ran.
@@ -64,6 +66,7 @@ struct Played {
   uint64_t lost = 0;
   bool ended_early = false;
   bool was_cut = false;  // ended before the recorded hand has
+  std::string given;     // why not all was given that clients had given; "": it was
 };
 
 /// A recorded hand, sampled on the servo's grid.
@@ -131,7 +134,9 @@ FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& ses
 }
 
 /// Records until the hand has finished, then stops the session and drains the rest.
-Played play_and_record(const PlayOptions& options, bool replay, const Recording& hand) {
+Played play_and_record(const PlayOptions& options, const SessionConfig& config,
+                       const Recording& hand, std::unique_ptr<GivenReplay> given) {
+  const bool replay = row_of(config.device.kind).is_recorded;
   std::vector<std::string> arguments{options.config, "--session", options.session};
   for (std::string& word : replay_options(options.replay)) arguments.push_back(std::move(word));
   if (!options.renderer.empty()) {
@@ -152,6 +157,8 @@ Played play_and_record(const PlayOptions& options, bool replay, const Recording&
   recorder.set_base(load_config(options.config).map.X_WB);
   auto watched = attachments.ring<&ServoChannels::frames>(Start::kOldest);
   attachments.start();
+  std::optional<GivenPlayer> giver;
+  if (given != nullptr) giver.emplace(options.session, config, std::move(given));
   TraceWriter trace(options.log,
                     recording_metadata(options.session, read_config_text(options.config)));
 
@@ -180,6 +187,10 @@ Played play_and_record(const PlayOptions& options, bool replay, const Recording&
   }
   played.was_cut = (frame.device.flags & kDeviceEnded) == 0;
   const bool has_crashed = daemon.exit_code().value_or(0) != 0;
+  if (giver) {
+    giver->end();
+    played.given = giver->problem();
+  }
   daemon.stop();
   if (has_crashed) show_log(said);
   const bool finished = recorder.finish(trace, now_ns());
@@ -283,6 +294,21 @@ void print_rows(const PlayOptions& options, const SessionConfig& config,
   print_table(std::cout, options.report ? rows : brief(rows));
 }
 
+/// What clients gave in the recording that is played; null: nothing.
+std::unique_ptr<GivenReplay> given_in(const PlayOptions& options, const SessionConfig& config) {
+  const ReplayConfig& replay = config.device.replay;
+  const std::string path(view(replay.path));
+  if (options.without_clients || !is_mcap_file(path)) return nullptr;
+  auto given = std::make_unique<GivenReplay>(path, config, replay.from);
+  if (given->is_empty()) return nullptr;
+  if (replay.speed != 1 || replay.loop != 0) {
+    throw UsageError("--speed, --loop: " + shown(path) +
+                     " has what clients gave, which plays once and at speed 1; leave them out: "
+                     "--without-clients");
+  }
+  return given;
+}
+
 void play(PlayOptions options) {
   catch_stop_signals();
   // before time goes into a mesh
@@ -315,19 +341,23 @@ void play(PlayOptions options) {
     }
   }
 
+  std::unique_ptr<GivenReplay> given = replay ? given_in(options, config) : nullptr;
   // baked here once: contact then finds it in the cache, and the evaluation needs it too
   const BakedSession baked = bake_all(config);
   if (nothing_in_reach(config, baked)) {
     end_with(options, verdict({}, "", 0, out_of_reach(config, baked, 0), ""), false);
   }
-  const Played played = play_and_record(options, replay, hand);
+  const Played played = play_and_record(options, config, hand, std::move(given));
   SessionData data = load_session(options.log);
   data.lost = played.lost;
   const std::vector<Row> rows = judge(options, config, baked, hand, played, data);
   print_rows(options, config, rows);
   if (!options.plot.empty()) plot_session(options.plot, "session " + options.session, data);
   const std::string trouble =
-      played.ended_early ? "the session ended early; what was recorded is in " + options.log : "";
+      played.ended_early ? "the session ended early; what was recorded is in " + options.log
+      : played.given.empty()
+          ? ""
+          : "what clients gave could not all be given: " + one_line(played.given);
   if (options.title.empty()) options.title = "session '" + options.session + "'";
   end_with(options, verdict(rows, options.title, hand.seconds, trouble, options.next),
            trouble.empty() && all_hold(rows));
@@ -432,6 +462,7 @@ void add_demo_command(Command& app) {
   command.flag("--view", options->view, "show it in a browser meanwhile").excludes("--json");
   const auto list = std::make_shared<bool>(false);
   command.flag("--list", *list, "list the scenes");
+  options->without_clients = true;  // the hand alone
   command.example("hapt demo --mesh part.stl --unit mm");
   command.action([options, scene, own, list, command] {
     if (*list) return list_scenes(std::cout);
@@ -468,6 +499,8 @@ void add_replay_command(Command& app) {
       .quantity("--stiffness", options->replay.stiffness, Dimension::kStiffness, kPositive,
                 "of the coupling, as \"500 N/m\"; a number without unit is in N/m", "N/m")
       .show_default("the session file's");
+  command.flag("--without-clients", options->without_clients,
+               "leave out what clients gave in the recording");
   add_common(command, *options);
   command.example("hapt replay hand.csv --config plane.toml --speed 0.5");
   command.action([options, command] {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "clients/library/recorder.h"
 
+#include <algorithm>
 #include <type_traits>
 #include <utility>
 
@@ -13,6 +14,10 @@ namespace {
 
 constexpr int64_t kChunkPeriodNs = kNsPerSecond / 4;  // a killed recorder loses its open chunk
 constexpr uint64_t kMostPerDrain = 4096;              // records per ring, the size of the largest
+// Likewise of a client, three times what 1 kHz brings in 10 ms: one that floods its ring loses its
+// own frames, and nobody else's.
+constexpr uint64_t kMostGivenPerDrain = 32;
+constexpr int64_t kOldestGivenNs = 10 * kNsPerSecond;  // a ring of 256 frames at 25 Hz
 
 int64_t time_of(const auto& record) {
   return record.t_ns;
@@ -20,9 +25,10 @@ int64_t time_of(const auto& record) {
 int64_t time_of(const ContactSet& set) {
   return set.answers_t_ns;
 }
-
-size_t index_of(std::string_view topic) {
-  return static_cast<size_t>(find_topic(topic) - kTopics.data());
+/// The instant that a client states may be anything; the frame itself is written as it is.
+int64_t time_of(const GivenFrame& frame) {
+  const int64_t t_ns = now_ns();
+  return std::clamp(frame.t_ns, t_ns - kOldestGivenNs, t_ns);
 }
 
 }  // namespace
@@ -36,17 +42,30 @@ Recorder::Rings::Rings(Attachments& attachments, Start start)
       sim{attachments.ring<&SimChannels::frames>(start),
           attachments.ring<&SimChannels::events>(Start::kOldest)},
       control{attachments.ring<&ControlChannels::frames>(Start::kOldest),
-              attachments.ring<&ControlChannels::events>(Start::kOldest)} {}
+              attachments.ring<&ControlChannels::events>(Start::kOldest)} {
+  for (uint32_t client = 0; client < kMostClients; ++client) {
+    given.push_back({attachments.ring<&ClientChannels::frames>(start, client)});
+  }
+}
 
 Recorder::Recorder(Attachments& attachments, Start start, double standard_rate)
     : rings_(attachments, start), standard_rate_(standard_rate) {
-  for (size_t i = 0; i < counts_.size(); ++i) counts_[i].topic = kTopics[i].name;
+  for (const TopicInfo& topic : kTopics) counts_.push_back({topic.name});
+}
+
+/// A client has a topic from its first frame on.
+TopicCount& Recorder::count_of(std::string_view topic, TraceWriter& trace) {
+  const auto known = std::ranges::find(counts_, topic, &TopicCount::topic);
+  if (known != counts_.end()) return *known;
+  trace.add_topic(*find_topic(topic));
+  return counts_.emplace_back(TopicCount{topic});
 }
 
 template <typename T>
 void Recorder::write(TraceWriter& trace, const Topic<T>& topic, const T& record) {
-  TopicCount& count = counts_[index_of(topic.name)];
-  Stamp stamp{time_of(record), time_of(record) + realtime_offset_ns_, count.recorded + count.lost};
+  TopicCount& count = count_of(topic.name, trace);
+  const int64_t t_ns = time_of(record);
+  Stamp stamp{t_ns, t_ns + realtime_offset_ns_, count.recorded + count.lost};
   if constexpr (std::is_same_v<T, ServoFrame>) stamp.realtime_ns = record.realtime_ns;
   ++(trace.write(topic, record, stamp) ? count.recorded : count.lost);
   if constexpr (std::is_same_v<T, SceneFrame>) scene_ = record;
@@ -61,7 +80,7 @@ template <typename T>
 void Recorder::tell_loss(TraceWriter& trace, const Topic<T>& topic, const Origin& origin,
                          uint64_t lost, uint64_t& told) {
   if (lost == told) return;
-  counts_[index_of(topic.name)].lost += lost - told;
+  count_of(topic.name, trace).lost += lost - told;
   write(trace, kEventTopic,
         Event{now_ns(),
               static_cast<uint32_t>(EventCode::kRecordsLost),
@@ -73,10 +92,10 @@ void Recorder::tell_loss(TraceWriter& trace, const Topic<T>& topic, const Origin
 
 template <auto kMember, typename T>
 void Recorder::drain_ring(RingSource<kMember>& ring, const Topic<T>& topic, uint64_t& told,
-                          SegmentId writer, TraceWriter& trace) {
+                          SegmentId writer, TraceWriter& trace, uint64_t most) {
   T record{};
   // bounded, so that a writer faster than the disk cannot starve the other rings
-  for (uint64_t n = 0; n < kMostPerDrain && ring.next(record); ++n) {
+  for (uint64_t n = 0; n < most && ring.next(record); ++n) {
     tell_loss(trace, topic, {writer, ring.generation()}, ring.lost(), told);
     write(trace, topic, record);
   }
@@ -86,6 +105,7 @@ void Recorder::drain_ring(RingSource<kMember>& ring, const Topic<T>& topic, uint
 
 void Recorder::go_on(Attachments& attachments, TraceWriter& trace) {
   const double gap = 1e-9 * static_cast<double>(now_ns() - last_servo_ns_);
+  drain_clients(trace, kMostPerDrain);
   rings_ = Rings(attachments, Start::kOldest);
   scene_.reset();
   write(trace, kEventTopic,
@@ -114,19 +134,28 @@ bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
   if (eyes_ != nullptr) write_eyes(trace);
   servo_header();  // unmaps old generations
   const auto drain_feed = [&](auto& feed, const auto& topic, SegmentId writer) {
-    drain_ring(feed.frames, topic, feed.lost_frames, writer, trace);
-    drain_ring(feed.events, kEventTopic, feed.lost_events, writer, trace);
+    drain_ring(feed.frames, topic, feed.lost_frames, writer, trace, kMostPerDrain);
+    drain_ring(feed.events, kEventTopic, feed.lost_events, writer, trace, kMostPerDrain);
   };
   drain_feed(rings_.control, kControlTopic, ControlChannels::kId);
   drain_feed(rings_.sim, kSimTopic, SimChannels::kId);
   drain_feed(rings_.contact, contact_topic(kFirstHand), ContactChannels::kId);
   drain_feed(rings_.servo, servo_topic(kFirstHand), ServoChannels::kId);
+  drain_clients(trace, kMostGivenPerDrain);
   if (chunk_begun_ns_ == 0) chunk_begun_ns_ = t_ns;
   if (t_ns - chunk_begun_ns_ >= kChunkPeriodNs) {
     chunk_begun_ns_ = t_ns;
     trace.close_chunk();
   }
   return trace.error().empty();
+}
+
+void Recorder::drain_clients(TraceWriter& trace, uint64_t most) {
+  for (uint32_t client = 0; client < rings_.given.size(); ++client) {
+    GivenFeed& feed = rings_.given[client];
+    drain_ring(feed.frames, given_topic(client), feed.lost, ClientChannels::id(client), trace,
+               most);
+  }
 }
 
 void Recorder::write_eyes(TraceWriter& trace) {
@@ -161,6 +190,7 @@ void Recorder::write_eye_file(TraceWriter& trace, const EyeMesh& mesh) {
 
 bool Recorder::finish(TraceWriter& trace, int64_t t_ns) {
   drain(trace, t_ns);
+  drain_clients(trace, kMostPerDrain);
   McapMetadata counts;
   for (const TopicCount& count : counts_) {
     counts[std::string(count.topic) + " recorded"] = std::to_string(count.recorded);

@@ -64,8 +64,8 @@ class Recorder {
   bool finish(TraceWriter& trace, int64_t t_ns);
   const std::string& failure() const { return failure_; }
 
-  /// One for each of kTopics, in that order.
-  std::array<TopicCount, 5> counts() const { return counts_; }
+  /// One for each of kTopics, in that order, then one for each client that has given.
+  const std::vector<TopicCount>& counts() const { return counts_; }
 
   /// True if hapticd was stopped by command. Valid once the attachments are no longer connected.
   bool has_ended() const noexcept;
@@ -81,6 +81,12 @@ class Recorder {
     uint64_t lost_frames = 0, lost_events = 0;  // already reported
   };
 
+  /// What a client gives, over all its segments.
+  struct GivenFeed {
+    RingSource<&ClientChannels::frames> frames;
+    uint64_t lost = 0;  // already reported
+  };
+
   struct Origin {
     SegmentId writer;
     uint64_t generation;
@@ -91,7 +97,9 @@ class Recorder {
                  uint64_t& told);
   template <auto kMember, typename T>
   void drain_ring(RingSource<kMember>& ring, const Topic<T>& topic, uint64_t& told,
-                  SegmentId writer, TraceWriter& trace);
+                  SegmentId writer, TraceWriter& trace, uint64_t most);
+  void drain_clients(TraceWriter& trace, uint64_t most);
+  TopicCount& count_of(std::string_view topic, TraceWriter& trace);
   template <typename T>
   void write(TraceWriter& trace, const Topic<T>& topic, const T& record);
   void write_eyes(TraceWriter& trace);
@@ -107,10 +115,11 @@ class Recorder {
     Feed<&ContactChannels::sets, &ContactChannels::events> contact;
     Feed<&SimChannels::frames, &SimChannels::events> sim;
     Feed<&ControlChannels::frames, &ControlChannels::events> control;
+    std::vector<GivenFeed> given;  // by client
   };
 
   Rings rings_;
-  std::array<TopicCount, 5> counts_;
+  std::vector<TopicCount> counts_;
   int64_t last_servo_ns_ = 0;  // of the newest frame in the recording
   uint64_t last_tick_ = 0;
   int64_t realtime_offset_ns_ = 0;  // CLOCK_REALTIME − CLOCK_MONOTONIC

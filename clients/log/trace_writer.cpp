@@ -25,13 +25,15 @@ McapMetadata recording_metadata(const std::string& session, const std::string& c
 TraceWriter::TraceWriter(const std::string& path, const McapMetadata& metadata,
                          std::span<const TopicInfo> topics)
     : mcap_(path) {
-  for (const TopicInfo& topic : topics) {
-    const std::string text = full_definition(topic.text);
-    channels_.push_back({topic.name, add_channel(topic.name, topic.schema, text, topic.what)});
-  }
+  for (const TopicInfo& topic : topics) add_topic(topic);
   mcap_.add_metadata("recording", metadata);
   // who reads the file from here on finds its topics
   if (!mcap_.flush()) throw McapError(mcap_.error());
+}
+
+void TraceWriter::add_topic(const TopicInfo& topic) {
+  const std::string text = full_definition(topic.text);
+  channels_.push_back({topic.name, add_channel(topic.name, topic.schema, text, topic.what)});
 }
 
 uint16_t TraceWriter::add_channel(std::string_view topic, std::string_view schema,

@@ -30,6 +30,8 @@ class TraceWriter {
     return write_record(topic.name, std::as_bytes(std::span(&value, 1)), kParts<T>, stamp);
   }
 
+  /// Adds a topic of this program to the file; its name must outlive it.
+  void add_topic(const TopicInfo& topic);
   /// Adds a topic of messages of another kind, such as those of ROS that every viewer knows;
   /// returns its channel. `definition` is that of the message with all its nested types.
   uint16_t add_channel(std::string_view topic, std::string_view schema, std::string_view definition,

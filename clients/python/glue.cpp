@@ -38,7 +38,6 @@ constexpr int64_t kPatienceNs = 500'000'000;  // until the first segment comes
 /// Memory and threads of a connection belong to the process that made it.
 struct Connected {
   const pid_t pid = getpid();
-
   void check() const {
     if (pid != getpid()) throw MessageError("a connection does not survive fork(); make a new one");
   }
@@ -266,7 +265,6 @@ struct Giving : Connected {
   }
   Giver& checked() { return check(), giver; }
   uint32_t object(const std::string& name) { return checked().object(name); }
-  /// Span, mean and slope.
   py::array_t<double> pushed(uint32_t object) {
     const GivenPush push = checked().pushed(object);
     return py::array_t<double>(13, reinterpret_cast<const double*>(&push));

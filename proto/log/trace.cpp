@@ -23,13 +23,16 @@ TopicInfo contact_info(uint32_t hand) {
   return info_of(contact_topic(hand), "answers of collision detection");
 }
 
-/// The topics of the hands behind the first.
+/// The topics of the hands behind the first, and of the clients.
 const std::vector<TopicInfo>& topics_of_others() {
   static const std::vector<TopicInfo> topics = [] {
     std::vector<TopicInfo> all;
     for (uint32_t hand = kFirstHand + 1; hand < kMostHands; ++hand) {
       all.push_back(servo_info(hand));
       all.push_back(contact_info(hand));
+    }
+    for (uint32_t client = 0; client < kMostClients; ++client) {
+      all.push_back(info_of(given_topic(client), "what a client gives"));
     }
     return all;
   }();
@@ -70,11 +73,13 @@ std::vector<TopicInfo> TraceReader::topics() const {
     const auto has_schema = [&](const McapSchema& schema) { return schema.id == channel.schema; };
     const auto schema = std::ranges::find_if(mcap_.schemas(), has_schema);
     if (schema == mcap_.schemas().end()) continue;
-    for (TopicInfo topic : kTopics) {
-      if (topic.schema != schema->name) continue;
+    const auto add = [&](TopicInfo topic) {
+      if (topic.schema != schema->name) return;
       topic.name = channel.topic;
       out.push_back(topic);
-    }
+    };
+    for (const TopicInfo& topic : kTopics) add(topic);
+    add(*find_topic(kGivenTopics[0]));
   }
   return out;
 }

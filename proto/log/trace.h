@@ -50,6 +50,16 @@ inline constexpr Topic<SceneFrame> kSimTopic{"/sim/frame"};
 inline constexpr Topic<ControlFrame> kControlTopic{"/control/frame"};
 inline constexpr Topic<Event> kEventTopic{"/events"};
 
+inline constexpr std::array<std::string_view, kMostClients> kGivenTopics{
+    "/client0/given", "/client1/given", "/client2/given", "/client3/given",
+    "/client4/given", "/client5/given", "/client6/given", "/client7/given"};
+
+/// What a client gives, by its index in the session file. A recording has the topic once the client
+/// has given.
+constexpr Topic<GivenFrame> given_topic(uint32_t client) {
+  return {kGivenTopics[client]};
+}
+
 /// A topic without its type, for code that handles all topics alike.
 struct TopicInfo {
   std::string_view name, schema, text;
@@ -61,7 +71,7 @@ struct TopicInfo {
 /// The topics of a recording of one hand.
 extern const std::array<TopicInfo, 5> kTopics;
 
-/// Finds a topic of any hand by its name; nullptr if there is none.
+/// Finds a topic of any hand or client by its name; nullptr if there is none.
 const TopicInfo* find_topic(std::string_view name);
 
 /// The struct of a topic, without its type.

@@ -4,6 +4,7 @@
 #include <array>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
@@ -48,10 +49,12 @@ EvalRun run_lockstep(const SessionConfig& config, const ContactShapes& shapes,
   EvalRun run;
   const std::unique_ptr<Device> device = open_device(config.device);
   Lockstep lockstep(config, shapes, *device, session.lockstep);
+  std::optional<GivenInLockstep> given;
+  if (!session.without_clients) given.emplace(config);
   const uint64_t ticks = ticks_of(config, session.seconds);
   for (uint64_t k = 0; k < ticks; ++k) {
     const int64_t start_ns = now_ns();
-    if (!lockstep.step()) break;
+    if (given ? !given->step(lockstep) : !lockstep.step()) break;
     progress.step();
     run.step_time.add(now_ns() - start_ns);
     run.data.frames.push_back(lockstep.frame());
@@ -115,6 +118,8 @@ void eval_session(const EvalOptions& options, const Rows& all) {
 Measured prepare_session(Command& command) {
   const auto options = std::make_shared<EvalOptions>();
   add_offline_session(command, options->session);
+  command.flag("--without-clients", options->session.without_clients,
+               "leave out what clients gave in the recording of the hand");
   add_plot(command, options->plot);
   add_overwrite(command, options->overwrite);
   return measured(eval_session, options);

@@ -113,6 +113,14 @@ void Lockstep::give(uint32_t client, const GivenFrame& given) {
   }
 }
 
+void Lockstep::leave(uint32_t client) {
+  set_giving(sim_model_.given, sim_state_.given, client, 0);
+}
+
+int64_t Lockstep::next_t_ns() const {
+  return grid_time(config_.servo_rate, tick_);
+}
+
 void Lockstep::restart_sim(uint64_t mapped_after) {
   const SceneFrame& last = scenes_.empty() ? *scene_ : *scenes_.back().scene;
   sim_state_ = SimState(sim_model_);

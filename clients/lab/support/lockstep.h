@@ -44,11 +44,16 @@ class Lockstep {
 
   /// A frame of a client, which the next step of sim takes or refuses.
   void give(uint32_t client, const GivenFrame& given);
+  /// The client leaves; it comes again with its next frame.
+  void leave(uint32_t client);
 
   /// One tick. False once the device's recording has ended; that tick produces no frame.
   bool step();
   /// The servo misses a tick: the device holds its force, hand and sim go on.
   void miss_tick();
+
+  /// The instant of the next tick.
+  int64_t next_t_ns() const;
 
   const ServoFrame& frame() const { return frame_; }
   /// The set used by the last tick, or null.

@@ -59,6 +59,29 @@ PlayedSession::PlayedSession(const SessionConfig& config, const LockstepOptions&
       hand(open_device(config.device)),
       lockstep(config, shapes, *hand, options) {}
 
+GivenInLockstep::GivenInLockstep(const SessionConfig& config) {
+  const std::string path(view(config.device.replay.path));
+  if (!row_of(config.device.kind).is_recorded || !is_mcap_file(path)) return;
+  replay_ = std::make_unique<GivenReplay>(path, config, config.device.replay.from);
+  if (replay_->is_empty()) replay_.reset();
+}
+
+bool GivenInLockstep::step(Lockstep& session) {
+  if (replay_ == nullptr) return session.step();
+  if (!replay_->has_begun()) replay_->begin(session.next_t_ns());
+  GivenAgain due;
+  while (replay_->next(session.next_t_ns(), due)) {
+    if (due.is_frame) {
+      session.give(due.client, due.frame);
+    } else if (due.generation == 0) {
+      session.leave(due.client);
+    }
+  }
+  // sim sees the frame of the tick before in this one
+  if (session.frame().t_ns != 0) replay_->see(kFirstHand, session.frame());
+  return session.step();
+}
+
 std::string in_hex(uint64_t hash) {
   return formatted("%016llx", static_cast<unsigned long long>(hash));
 }

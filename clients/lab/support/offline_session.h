@@ -5,6 +5,7 @@
 #include <string>
 
 #include "clients/lab/support/lockstep.h"
+#include "clients/log/given_replay.h"
 #include "contact/bake/session.h"
 #include "proto/config/command_line.h"
 #include "proto/config/config.h"
@@ -16,6 +17,7 @@ struct OfflineSession {
   std::string config = "bunny.toml", trace;
   double seconds = 20;  // of a hand that is not recorded
   LockstepOptions lockstep;
+  bool without_clients = false;  // what clients gave in the recording of the hand is left out
 
   std::string file() const;
   /// The session with its hand. Throws ConfigError, also where the hand is a real device's.
@@ -40,6 +42,21 @@ struct PlayedSession {
   ContactShapes shapes;
   std::unique_ptr<Device> hand;
   Lockstep lockstep;
+};
+
+/// A session in lockstep in which clients give again what they gave in the recording of its hand:
+/// each frame comes before the first tick that is not earlier than the instant at which it came.
+class GivenInLockstep {
+ public:
+  /// A hand that is no recording with clients: the session as it is. Throws McapError as
+  /// GivenReplay does.
+  explicit GivenInLockstep(const SessionConfig& config);
+
+  /// Gives what is due, and makes one tick; false as Lockstep::step.
+  bool step(Lockstep& session);
+
+ private:
+  std::unique_ptr<GivenReplay> replay_;  // null: nothing is given
 };
 
 /// "00ab34…": a hash as text.

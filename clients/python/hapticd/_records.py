@@ -148,3 +148,19 @@ class SceneLists(WithLists):
     def givers(self, i: int = -1) -> Array:
         """GiverState of record i: what has been taken of each client that gives."""
         return self._list("givers", i)
+
+
+class GivenLists(WithLists):
+    """The lists of GivenFrames."""
+
+    def moves(self, i: int = -1) -> Array:
+        """GivenMotion of record i: how the client moves its objects."""
+        return self._list("moves", i)
+
+    def pushes(self, i: int = -1) -> Array:
+        """GivenWrench of record i: what it pushes tools with."""
+        return self._list("pushes", i)
+
+    def planes(self, i: int = -1) -> Array:
+        """GivenPlane of record i: planes that tools touch."""
+        return self._list("planes", i)

@@ -11,7 +11,15 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _hapticd
-from ._records import Array, ContactLists, SceneLists, ServoLists, WithLists, dtype
+from ._records import (
+    Array,
+    ContactLists,
+    GivenLists,
+    SceneLists,
+    ServoLists,
+    WithLists,
+    dtype,
+)
 
 _FIRST, _LAST = -(2**63), 2**63 - 1
 
@@ -50,10 +58,15 @@ class SceneRecords(Records, SceneLists):
     """SceneFrames of a recording."""
 
 
+class GivenRecords(Records, GivenLists):
+    """GivenFrames of a recording: what a client gave, as ``log["/client0/given"]``."""
+
+
 _KINDS: Dict[str, Type[Records]] = {
     "ServoFrame": ServoRecords,
     "ContactSet": ContactRecords,
     "SceneFrame": SceneRecords,
+    "GivenFrame": GivenRecords,
 }
 
 

@@ -46,6 +46,7 @@ class Records(unittest.TestCase):
             ("ServoFrame", _records.ServoLists),
             ("ContactSet", _records.ContactLists),
             ("SceneFrame", _records.SceneLists),
+            ("GivenFrame", _records.GivenLists),
         ):
             for name in _records.lists_of(record):
                 self.assertTrue(callable(getattr(kind, name)), name)
