@@ -147,7 +147,9 @@ int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
     // reading frees the segments of writers that have died
     any_scene |= scenes.latest(scene);
     hand.latest(question);
-    given.take(model.given, state->given, now_ns());
+    const int64_t t_ns = now_ns();
+    given.take(model.given, state->given, t_ns);
+    weigh_given(model.given, state->given, t_ns);
   };
   if (!await_turn(arguments.spare_fd, look)) return kExitClean;
   child.offer();

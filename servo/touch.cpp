@@ -87,6 +87,7 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
   RenderQuestion question{*input.contacts, touch.scene,  coupling,   tool.X_WT,
                           tool.V_WT,       std::nullopt, input.t_ns, state.soft_solver};
   if (state.started) question.X_WT_before = state.X_WT;
+  const RenderQuestion of_hand = question;
   const Hold hold = hold_of(model, state.grasp, question, held_body(model, state, input));
   draw_tool(hold, state.grasp, question, touch.scene);
   Rendered rendered = rendered_by(renderer->id, model, question, state.render);
@@ -98,7 +99,7 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
     touch.flags |= kServoSoftened;
   }
   keep_surfaces(model, state.clients, touch.scene, rendered, shares);
-  touch.clients = felt_of_clients(model, state.clients, question, shares, rendered);
+  touch.clients = felt_of_clients(model, state.clients, of_hand, shares, rendered);
   keep(shares, touch.scene, rendered);
   return rendered;
 }

@@ -55,6 +55,7 @@ struct PlayOptions {
   std::string from, to;  // a time or a tick
   double limit = std::numeric_limits<double>::infinity();
   std::string title, next = "hapt demo --list";  // of the last line
+  std::string script;                            // of Python, that gives to the session
   double duration = 20, standard_rate = kStandardRate;
   bool json = false, overwrite = false, report = false, verbose = false, view = false;
   bool without_clients = false;  // what clients gave in the recording is left out
@@ -133,6 +134,13 @@ FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& ses
   }
 }
 
+/// The exit code of a script whose session has ended, which it is given a while to see.
+int ended(SessionProcess& script) {
+  const int64_t give_up_ns = now_ns() + 2 * kNsPerSecond;
+  while (!script.exit_code() && now_ns() < give_up_ns) sleep_until(now_ns() + kDrainPeriod);
+  return script.stop();
+}
+
 /// Records until the hand has finished, then stops the session and drains the rest.
 Played play_and_record(const PlayOptions& options, const SessionConfig& config,
                        const Recording& hand, std::unique_ptr<GivenReplay> given) {
@@ -157,6 +165,11 @@ Played play_and_record(const PlayOptions& options, const SessionConfig& config,
   recorder.set_base(load_config(options.config).map.X_WB);
   auto watched = attachments.ring<&ServoChannels::frames>(Start::kOldest);
   attachments.start();
+  std::optional<SessionProcess> script;
+  const std::string script_said = scratch.path() + "/script.log";
+  if (!options.script.empty()) {
+    script.emplace(kPython, std::vector{options.script, options.session}, script_said);
+  }
   std::optional<GivenPlayer> giver;
   if (given != nullptr) giver.emplace(options.session, config, std::move(given));
   TraceWriter trace(options.log,
@@ -192,6 +205,10 @@ Played play_and_record(const PlayOptions& options, const SessionConfig& config,
     played.given = giver->problem();
   }
   daemon.stop();
+  if (script && ended(*script) != 0) {
+    show_log(script_said);
+    played.given = options.script + " ended with an error, see above";
+  }
   if (has_crashed) show_log(said);
   const bool finished = recorder.finish(trace, now_ns());
   for (const TopicCount& count : recorder.counts()) played.lost += count.lost;
@@ -436,8 +453,8 @@ void add_demo_command(Command& app) {
       .option("SCENE", *scene,
               "bunny: a point on a mesh; peg, gears, teeth, ball-joint, dimpled-ball, bunnies: "
               "bodies that push and turn; rigid-peg, rigid-bunnies, frame: bodies that never "
-              "enter another; heap, door, gear-pair, gearshift: objects that give way; "
-              "admittance: an arm that is led")
+              "enter another; heap, door, gear-pair, gearshift: objects that give way; robot, "
+              "field: what a Python script computes; admittance: an arm that is led")
       .one_of(scene_names())
       .excludes("--config")
       .show_default("bunny");
@@ -472,6 +489,7 @@ void add_demo_command(Command& app) {
     if (!scene->empty()) {
       options->config = prepare_scene(*scene);
       options->title = scene_title(*scene);
+      options->script = scene_script(*scene);
     }
     play(*options);
   });

@@ -2,12 +2,14 @@
 #include "clients/hapt/scenes.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <stdexcept>
 
 #include "clients/hapt/session_process.h"
 #include "proto/config/read/config_shape.h"
+#include "proto/os/programs.h"
 #include "proto/os/realtime.h"
 #include "proto/os/session_file.h"
 #include "proto/os/source_tree.h"
@@ -30,8 +32,9 @@ bool lacks_bunny() {
   return source_tree().empty() && std::none_of(folders.begin(), folders.end(), has_it);
 }
 
+constexpr int64_t kPollPeriod = 20'000'000;  // [ns]
+
 void fetch_meshes() {
-  constexpr int64_t kPollPeriod = 20'000'000;  // [ns]
   SessionProcess fetch("fetch-meshes", {fetched_meshes().string()});
   while (!fetch.exit_code()) sleep_until(now_ns() + kPollPeriod);
   if (fetch.exit_code() != 0) {
@@ -69,6 +72,27 @@ std::string prepare_scene(const std::string& name) {
   const Scene& scene = scene_of(name);
   if (scene.has_bunny && lacks_bunny()) fetch_meshes();
   return scene.file;
+}
+
+std::string scene_script(const std::string& name) {
+  const char* script = scene_of(name).script;
+  if (script == nullptr) return "";
+  namespace fs = std::filesystem;
+  const fs::path tree = source_tree();
+  const fs::path folder =
+      tree.empty() ? shared_folder("examples") : tree / "clients/python/examples";
+  // the module of a checkout lies beside the programs
+  const fs::path built = fs::path(program_folder()).parent_path() / "python";
+  std::error_code error;
+  if (fs::exists(built, error)) setenv("PYTHONPATH", built.c_str(), 1);
+  SessionProcess imports(kPython, {"-c", "import hapticd"}, "/dev/null");
+  while (!imports.exit_code()) sleep_until(now_ns() + kPollPeriod);
+  if (imports.exit_code() != 0 || !fs::exists(folder / script, error)) {
+    throw std::runtime_error("'" + name +
+                             "' is computed by a Python script, and the package "
+                             "python3-hapticd is not there; install it, or ./run build a checkout");
+  }
+  return (folder / script).string();
 }
 
 }  // namespace haptic

@@ -24,4 +24,10 @@ std::string default_scene();
 /// std::runtime_error if it cannot.
 std::string prepare_scene(const std::string& name);
 
+inline constexpr const char* kPython = "/usr/bin/python3";  // that Debian's modules are for
+
+/// The Python script that gives to a scene; empty: none does. Throws std::runtime_error with a
+/// remedy where its Python package is not there.
+std::string scene_script(const std::string& name);
+
 }  // namespace haptic

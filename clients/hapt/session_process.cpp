@@ -25,7 +25,7 @@ constexpr int64_t kPollPeriod = 5'000'000;           // [ns]
 }  // namespace
 
 std::string program_path(const std::string& program) {
-  const std::string path = program_folder() + "/" + program;
+  const std::string path = program.starts_with('/') ? program : program_folder() + "/" + program;
   if (access(path.c_str(), X_OK) != 0) throw std::runtime_error(cannot_start(path, errno));
   return path;
 }

@@ -14,5 +14,5 @@ endforeach()
 set(installed lib/python3/dist-packages/hapticd)
 install(TARGETS haptic_python DESTINATION ${installed} COMPONENT python3-hapticd)
 install(FILES ${files} DESTINATION ${installed} COMPONENT python3-hapticd)
-install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-hapticd
+install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/hapticd
   COMPONENT python3-hapticd FILES_MATCHING PATTERN *.py)

@@ -270,21 +270,27 @@ void see_client(const GivenTouchModel& model, GivenTouchState& state, size_t k, 
   known.given = taken(model, given, generation);
 }
 
+void weigh_given(const GivenTouchModel& model, GivenTouchState& state, int64_t t_ns) {
+  HAPTIC_ASSERT(state.clients.size() == model.clients.size());
+  constexpr double kLeastStep = 1e-6, kMostStep = 0.1;  // [s]
+  const double dt = std::clamp(seconds_of(t_ns - state.weighed_ns), kLeastStep, kMostStep);
+  state.weighed_ns = t_ns;
+  for (GivenTouchState::Client& known : state.clients) {
+    const double weight = known.heard.weigh(t_ns, dt);
+    const bool is_of_now = known.given.generation == known.heard.generation();
+    known.weight =
+        std::clamp(is_of_now ? weight : 0, known.weight - dt / kFade, known.weight + dt / kFade);
+  }
+}
+
 void add_given(const GivenTouchModel& model, GivenTouchState& state, const ServoFrame& servo,
                uint32_t held_object, ContactSet& set) {
   if (model.clients.empty()) return;
-  constexpr double kLeastStep = 1e-6, kMostStep = 0.1;  // [s]
-  const double since = seconds_of(servo.t_ns - state.weighed_ns);
-  const double dt = std::clamp(since, kLeastStep, kMostStep);
-  state.weighed_ns = servo.t_ns;
+  weigh_given(model, state, servo.t_ns);
   see_felt(model, state, servo);
   const bool is_rendered = (set.flags & kContactNoFreePose) == 0;
   for (size_t k = 0; k < model.clients.size(); ++k) {
     GivenTouchState::Client& known = state.clients[k];
-    const double weight = known.heard.weigh(servo.t_ns, dt);
-    const bool is_of_now = known.given.generation == known.heard.generation();
-    known.weight = std::clamp(is_of_now ? weight : 0, known.weight - dt / kFade,
-                              known.weight + dt / kFade);
     if (is_rendered) add_client(model, state, k, held_object, set);
     GiverState out = known.heard.report(model.clients[k].client, servo.t_ns);
     out.given_power = known.power.energy(servo.t_ns);

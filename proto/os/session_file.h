@@ -9,7 +9,8 @@ namespace haptic {
 /// A scene of `hapt demo`: a session file with a short name.
 struct Scene {
   const char *name, *file, *title;
-  bool has_bunny = false;  // whose mesh is fetched, not shipped
+  bool has_bunny = false;        // whose mesh is fetched, not shipped
+  const char* script = nullptr;  // of Python, among its examples, that gives to the session
 };
 
 inline constexpr std::array kScenes{
@@ -20,6 +21,8 @@ inline constexpr std::array kScenes{
     Scene{"carry", "carry.toml", "blocks that are grasped and stacked"},
     Scene{"dimpled-ball", "dimpled-ball.toml", "a ball with dimples"},
     Scene{"door", "door.toml", "a door with a latch and a check"},
+    Scene{"field", "field.toml", "a charge that pulls, computed by a Python script", false,
+          "05_field.py"},
     Scene{"frame", "frame.toml", "a long part through an opening, onto its pins"},
     Scene{"gear-pair", "gear-pair.toml", "a gear that turns another"},
     Scene{"gears", "gears.toml", "two gears"},
@@ -28,6 +31,7 @@ inline constexpr std::array kScenes{
     Scene{"peg", "peg-in-hole.toml", "a peg in a hole"},
     Scene{"rigid-bunnies", "rigid-bunnies.toml", "a rigid bunny on a bunny", true},
     Scene{"rigid-peg", "rigid-peg.toml", "a rigid peg in a tight hole"},
+    Scene{"robot", "robot.toml", "an arm that a Python script computes", false, "04_your_robot.py"},
     Scene{"teeth", "teeth.toml", "two molars that bite"}};
 
 /// Finds a session file by path, or by name in $HAPTICD_CONFIGS or among those that belong to this

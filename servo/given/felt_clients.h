@@ -34,7 +34,7 @@ void note_work(const ServoModel& model, const Twist& way, FeltClientsState& stat
 void keep_surfaces(const ServoModel& model, const FeltClientsState& state, const TickScene& scene,
                    const Rendered& rendered, KeptShares& shares);
 
-/// The wrenches of a set on a tool at X_WT with twist V_WT, and what the planes push with (before
+/// The wrenches of a set on the tool as the hand holds it, and what the planes push with (before
 /// keep()): F = w g (F0 + K δ − B V), δ the way from where F0 is for, no farther than the trust
 /// radius; w by age; g the share of the client's bank.
 FeltOfClients felt_of_clients(const ServoModel& model, const FeltClientsState& state,
