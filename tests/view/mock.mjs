@@ -43,6 +43,7 @@ export class Mock {
     this.pieces = pieces; // whether there are convex pieces of the ball
     this.trouble = null;
     this.faults = [];
+    this.giving = []; // {name, text, well}
     this.fault = 0;
     this.paused = false;
     this.stiffness = 600;
@@ -264,6 +265,7 @@ class Viewer {
       clients: 1,
       viewers: mock.sockets.clients.size,
       missed: 0,
+      giving: mock.giving,
       faults: mock.faults,
       warnings: [],
     });

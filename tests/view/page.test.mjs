@@ -363,6 +363,20 @@ describe("the page", { skip: lack }, () => {
     assert.equal(await share_of("magenta"), 0);
   });
 
+  test("clients that give have a line each, marked where something is wrong", async () => {
+    await open();
+    assert.equal(await page.isVisible("#giving"), false);
+    mock.giving = [
+      { name: "arm", text: "gives, pid 7, 100 Hz", well: true },
+      { name: "cup", text: "gives, pid 8; late: what it gives is not felt", well: false },
+    ];
+    await until(() => document.querySelectorAll("#giving li").length === 2);
+    assert.equal(await text("#giving li:first-child"), "arm gives, pid 7, 100 Hz");
+    assert.equal(await text("#giving li.warn"), "cup gives, pid 8; late: what it gives is not felt");
+    mock.giving = [];
+    await until(() => document.querySelector("#giving").hidden);
+  });
+
   test("a scene without convex pieces offers none", async () => {
     await open();
     assert.equal(await page.isDisabled("#pieces"), true);
