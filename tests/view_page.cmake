@@ -4,7 +4,8 @@ if(NOT NODE)
   find_program(NODE node)
 endif()
 if(NODE)
-  add_test(NAME view_page COMMAND ${NODE} --test decode.test.mjs words.test.mjs reducers.test.mjs
+  add_test(NAME view_page COMMAND ${NODE} --test decode.test.mjs drawings.test.mjs words.test.mjs
+    reducers.test.mjs
     WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/view)
 else()
   add_test(NAME view_page COMMAND ${CMAKE_COMMAND} -E echo "SKIPPED: node is needed to test the page")

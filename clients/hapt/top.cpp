@@ -113,33 +113,43 @@ std::string cell(const Histogram& durations, double percent) {
   return readable(1e-9 * static_cast<double>(durations.percentile(percent)), "s");
 }
 
-/// Asks hapticd once a second how many bodies are out of reach, for that depends on the session's
-/// file, which a client does not have. Empty while hapticd does not answer.
-class BodiesAsked {
- public:
-  explicit BodiesAsked(std::string session) : session_(std::move(session)) {}
+/// What hapticd alone knows, for it depends on the session's file, which a client does not have.
+struct Asked {
+  std::optional<OutOfReach> gone;   // none: hapticd does not answer
+  std::vector<std::string> givers;  // a line each
+};
 
-  const std::optional<OutOfReach>& newest() {
-    if (now_ns() - asked_ns_ < kAskPeriod) return gone_;
+/// Asks hapticd once a second.
+class StatusAsked {
+ public:
+  explicit StatusAsked(std::string session) : session_(std::move(session)) {}
+
+  const Asked& newest() {
+    if (now_ns() - asked_ns_ < kAskPeriod) return asked_;
     asked_ns_ = now_ns();
+    asked_ = {};
     try {
       const Json status = Json::parse(say_to_session(session_, "status", kStatusPatience));
-      gone_ = {std::min(status.at("out_of_reach").get<uint32_t>(), kMaxObjects),
-               status.at("reach").get<double>()};
+      for (const Json& giver : status.at("giving")) {
+        asked_.givers.push_back("'" + shown(giver.at("name").get<std::string>()) + "' " +
+                                one_line(giver.at("text").get<std::string>()));
+      }
+      asked_.gone = {std::min(status.at("out_of_reach").get<uint32_t>(), kMaxObjects),
+                     status.at("reach").get<double>()};
     } catch (const std::exception&) {
-      gone_.reset();
+      // the screen is shown without it
     }
-    return gone_;
+    return asked_;
   }
 
  private:
   std::string session_;
-  std::optional<OutOfReach> gone_;
+  Asked asked_;
   int64_t asked_ns_ = 0;
 };
 
 void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
-                  const SegmentHeader* servo, const std::optional<OutOfReach>& gone) {
+                  const SegmentHeader* servo, const Asked& asked) {
   std::printf("%-9s %-6s %4s %9s %10s %10s %10s %6s\n", "process", "state", "gen", "rate Hz",
               "wait p99", "busy p50", "busy p99", "missed");
   for (const Line& l : lines) {
@@ -160,7 +170,10 @@ void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
   for (const BehindRow& row : kBehind) {
     if ((frame.flags & row.flag) != 0) std::printf("%s falls behind\n", row.name);
   }
-  if (gone && gone->bodies > 0) std::printf("%s\n", out_of_reach_line(*gone).c_str());
+  for (const std::string& giver : asked.givers) std::printf("client %s\n", giver.c_str());
+  if (asked.gone && asked.gone->bodies > 0) {
+    std::printf("%s\n", out_of_reach_line(*asked.gone).c_str());
+  }
 }
 
 /// {"p50": …, "p99": …, "max": …} in seconds; null where nothing was measured.
@@ -173,7 +186,7 @@ Json json_of(const Histogram& durations) {
 }
 
 void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame, double seconds,
-                       const std::optional<OutOfReach>& gone) {
+                       const Asked& asked) {
   Json processes = Json::object(), behind = Json::array();
   for (const Line& l : lines) {
     processes[l.name] = {{"state", l.state},          {"generation", l.generation},
@@ -192,7 +205,8 @@ void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame, 
                           {"skipped_ticks", frame.skipped},
                           {"fault", frame.fault},
                           {"behind", behind},
-                          {"out_of_reach", gone ? Json(gone->bodies) : Json(nullptr)}})
+                          {"giving", asked.givers},
+                          {"out_of_reach", asked.gone ? Json(asked.gone->bodies) : Json(nullptr)}})
             << std::endl;
 }
 
@@ -220,7 +234,7 @@ void run_top(const TopOptions& options) {
   drain_all();
   servo.take(1), contact.take(1), sim.take(1);
 
-  BodiesAsked bodies(session);
+  StatusAsked status(session);
   int64_t last_ns = now_ns();
   for (uint64_t n = 0; n < options.screens && go_on(); ++n) {
     const int64_t end_ns = last_ns + static_cast<int64_t>(options.period * kNsPerSecond);
@@ -233,14 +247,14 @@ void run_top(const TopOptions& options) {
     const double seconds = static_cast<double>(t_ns - last_ns) * 1e-9;
     last_ns = t_ns;
     const std::vector<Line> lines{servo.take(seconds), contact.take(seconds), sim.take(seconds)};
-    const bool has_bodies = !sim.newest.responses.empty();
-    const std::optional<OutOfReach> gone = has_bodies ? bodies.newest() : OutOfReach{};
+    Asked asked = status.newest();
+    if (sim.newest.responses.empty()) asked.gone = OutOfReach{};
     if (options.json) {
-      print_screen_json(lines, servo.newest, seconds, gone);
+      print_screen_json(lines, servo.newest, seconds, asked);
       continue;
     }
     if (!options.batch && isatty(STDOUT_FILENO) == 1) std::printf("\033[H\033[2J");
-    print_screen(lines, servo.newest, servo.header(), gone);
+    print_screen(lines, servo.newest, servo.header(), asked);
     std::fflush(stdout);
   }
   if (client.is_connected()) return;

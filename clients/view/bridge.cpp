@@ -3,10 +3,12 @@
 
 #include <algorithm>
 
+#include "clients/view/drawn/drawings.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
 #include "proto/os/regular_file.h"
+#include "proto/os/text.h"
 
 namespace haptic {
 namespace {
@@ -21,6 +23,7 @@ constexpr size_t kLargestFile = size_t{64} << 20;   // of the page [bytes]
 constexpr int kMostWrongTokens = 5;                 // of one connection
 constexpr const char* kPageProtocol = "hapticd.view.v1";
 constexpr const char* kJson = "application/json";
+constexpr const char* kBytes = "application/octet-stream";
 
 bool offers(const WebRequest& request, const std::string& protocol) {
   return std::find(request.protocols.begin(), request.protocols.end(), protocol) !=
@@ -52,7 +55,7 @@ WebAnswer mesh_answer(const std::string& name, const SharedText& tool,
     if (name == std::to_string(i)) eye = objects[i];
   }
   if (eye == nullptr) return text_answer(404, "there is no such mesh");
-  return {200, "application/octet-stream", eye};
+  return {200, kBytes, eye};
 }
 
 }  // namespace
@@ -120,7 +123,18 @@ WebAnswer Bridge::answer(const WebRequest& request) {
   if (const std::string name = name_in("/pieces/", target.path); !name.empty()) {
     return mesh_answer(name, eyes.tool_pieces, eyes.object_pieces);
   }
+  if (const std::string name = name_in("/drawn/", target.path); !name.empty()) {
+    return drawing(name);
+  }
   return file(target.path);
+}
+
+WebAnswer Bridge::drawing(const std::string& name) const {
+  Drawings* drawings = source_.drawings();
+  const auto client = number_from<uint32_t>(name);
+  const SharedText bytes = drawings && client ? drawings->bytes(*client) : nullptr;
+  if (bytes == nullptr) return text_answer(404, "no such client shows anything");
+  return {200, kBytes, bytes};
 }
 
 WebAnswer Bridge::file(const std::string& path) {
@@ -327,6 +341,7 @@ int64_t Bridge::tick() {
     return kTickPeriod;
   }
   if (now - asked_ns_ >= kStatusPeriod) ask_status(now);
+  tell_drawings();
   if (is_connected_) {
     send_frames(now);
     if (now - records_ns_ >= kRecordPeriod - kTickPeriod / 2) send_records(now);
@@ -381,6 +396,21 @@ void Bridge::tell_status() {
   for (auto& [id, viewer] : viewers_) {
     // the next one is as good
     if (!viewer.is_foxglove && viewer.waiting.empty()) tell(id, viewer, {status});
+  }
+}
+
+/// Told to a page that has read what it was told before: it asks for the newest bytes itself.
+void Bridge::tell_drawings() {
+  const uint64_t drawn = source_.view().drawn;
+  SharedText message;
+  for (auto& [id, viewer] : viewers_) {
+    if (viewer.is_foxglove || viewer.seen_drawn == drawn || !viewer.waiting.empty()) continue;
+    if (message == nullptr) {
+      const Drawings* drawings = source_.drawings();
+      message = shared_text(drawings != nullptr ? drawings->message() : no_drawings());
+    }
+    viewer.seen_drawn = drawn;
+    tell(id, viewer, {message});
   }
 }
 

@@ -46,6 +46,7 @@ class Bridge {
   WebHandlers handlers();
   WebAnswer answer(const WebRequest& request);
   WebAnswer file(const std::string& path);
+  WebAnswer drawing(const std::string& name) const;
   UpgradeAnswer upgrade(const WebRequest& request) const;
   void open(SocketId id, const std::string& protocol);
   void hear(SocketId id, std::string_view text);
@@ -64,6 +65,7 @@ class Bridge {
   void tell_scene();
   void ask_status(int64_t now);
   void tell_status();
+  void tell_drawings();
   void send_frames(int64_t now);
   void send_records(int64_t now);
 

@@ -18,6 +18,7 @@ enum class SourceNews {
   kGone,     // it is no longer
 };
 
+class Drawings;
 class LogSource;
 
 /// A source of frames: a running session, or a log that is played. The bridge calls these
@@ -30,6 +31,8 @@ struct FrameSource {
   std::function<const SceneInfo&()> scene;
   std::function<double()> missed;  // [s] without it before it arrived; below zero: the first time
   std::shared_ptr<LogSource> log = nullptr;  // null: a session
+  // what clients draw; null: of a log, or there is no session
+  std::function<Drawings*()> drawings = [] { return nullptr; };
 };
 
 }  // namespace haptic

@@ -248,14 +248,12 @@ void LogSource::fill(LogPage::Column& column, size_t number, uint64_t from, uint
 
 FrameSource log_source(const std::string& path, std::optional<TightestPlace> tightest) {
   const auto log = std::make_shared<LogSource>(path, std::move(tightest));
-  FrameSource source{"log",
-                     [log](int64_t now) { return log->advance(now); },
-                     [log]() -> const View& { return log->view(); },
-                     [log]() -> const SceneInfo& { return log->scene(); },
-                     [] { return -1.0; },
-                     {}};
-  source.log = log;
-  return source;
+  return {"log",
+          [log](int64_t now) { return log->advance(now); },
+          [log]() -> const View& { return log->view(); },
+          [log]() -> const SceneInfo& { return log->scene(); },
+          [] { return -1.0; },
+          log};
 }
 
 }  // namespace haptic

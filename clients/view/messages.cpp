@@ -16,6 +16,19 @@ Json fault_json(const std::string& words) {
           {"remedy", words.substr(open + 2, words.size() - open - 3)}};
 }
 
+/// Of one entry of `giving`; false: it is none.
+bool read_giver(const Json& one, SessionWords::Giver& giver) {
+  if (!one.is_object()) return false;
+  const auto name = one.find("name"), text = one.find("text"), state = one.find("state");
+  if (name == one.end() || !name->is_string() || text == one.end() || !text->is_string()) {
+    return false;
+  }
+  giver.name = one_line(name->get<std::string>());
+  giver.text = one_line(text->get<std::string>());
+  giver.is_well = state != one.end() && state->is_array() && state->empty();
+  return true;
+}
+
 }  // namespace
 
 std::string hello_message(const std::string& source, const std::string& session, double missed,
@@ -54,6 +67,12 @@ SessionWords parse_status(std::string_view json) {
   if (clients != status.end() && clients->is_number_integer()) words.clients = clients->get<int>();
   if (gone != status.end() && gone->is_number_unsigned()) words.gone.bodies = gone->get<uint32_t>();
   if (reach != status.end() && reach->is_number()) words.gone.reach = reach->get<double>();
+  const auto giving = status.find("giving");
+  const bool has_list = giving != status.end() && giving->is_array();
+  for (const Json& one : has_list ? *giving : Json::array()) {
+    SessionWords::Giver giver;
+    if (read_giver(one, giver)) words.giving.push_back(std::move(giver));
+  }
   const auto reasons = status.find("closed_by");
   if (reasons == status.end() || !reasons->is_array()) return words;
   for (const Json& reason : *reasons) {
@@ -65,6 +84,10 @@ SessionWords parse_status(std::string_view json) {
 std::string status_message(const View& view, const SessionWords& words, size_t viewers,
                            uint64_t missed) {
   Json processes = Json::array(), faults = Json::array(), warnings = Json::array();
+  Json giving = Json::array();
+  for (const SessionWords::Giver& giver : words.giving) {
+    giving.push_back({{"name", giver.name}, {"text", giver.text}, {"well", giver.is_well}});
+  }
   for (const ProcessView& process : view.processes) {
     if (process.generation == 0) continue;
     processes.push_back({{"name", process.name},
@@ -83,6 +106,7 @@ std::string status_message(const View& view, const SessionWords& words, size_t v
                        {"clients", words.clients},
                        {"viewers", viewers},
                        {"missed", missed},
+                       {"giving", giving},
                        {"faults", faults},
                        {"warnings", warnings}});
 }

@@ -22,7 +22,12 @@ std::string answer_message(const std::string& id, bool ok, const std::string& te
 
 /// The part of `hapt status --json` that pages show; hapticd is asked once a second.
 struct SessionWords {
+  struct Giver {
+    std::string name, text;
+    bool is_well = true;
+  };
   int clients = 0;
+  std::vector<Giver> giving;
   std::vector<std::string> closed_by;  // "what (remedy)"
   OutOfReach gone;
 };

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "clients/library/client.h"
+#include "clients/view/drawn/drawings.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/sessions.h"
@@ -40,6 +41,7 @@ struct Connection {
   // shows that hapticd has taken this client; its segment is the first that is handed out
   RingSource<& ControlChannels::events> first =
       client.ring<&ControlChannels::events>(Start::kNewest);
+  Drawings drawings{client};
   SceneInfo info;
   uint64_t eye_changes = 0;  // that `info` has
 
@@ -200,12 +202,14 @@ class SessionSource {
       return is_new ? SourceNews::kChanged : SourceNews::kNothing;
     }
     connection_.reset();
+    ++view_.drawn;
     gone_ns_ = now;
     connector_.begin();
     return SourceNews::kGone;
   }
 
   const View& view() const { return view_; }
+  Drawings* drawings() { return connection_ != nullptr ? &connection_->drawings : nullptr; }
   const SceneInfo& scene() const { return info_; }
   double missed() const { return missed_; }
 
@@ -235,7 +239,11 @@ class SessionSource {
       add(view_.contact_busy, view_.contacts.busy_ns);
     }
     view_.has_scene |= c.sim.latest(view_.scene);
-    view_.has_control |= c.control.latest(view_.control);
+    const bool is_drawn = c.drawings.advance([&]() -> const ControlFrame& {
+      view_.has_control |= c.control.latest(view_.control);
+      return view_.control;
+    });
+    if (is_drawn) ++view_.drawn;
     servo_meter_.add(now, view_.ticks);
     if (view_.has_contacts) contact_meter_.add(now, view_.contacts.seq);
     if (view_.has_scene) sim_meter_.add(now, view_.scene.seq);
@@ -294,10 +302,13 @@ std::string name_of_session(const std::string& session) {
 
 FrameSource session_source(const std::string& session) {
   const auto source = std::make_shared<SessionSource>(session);
-  return {"session", [source](int64_t now) { return source->advance(now); },
+  return {"session",
+          [source](int64_t now) { return source->advance(now); },
           [source]() -> const View& { return source->view(); },
           [source]() -> const SceneInfo& { return source->scene(); },
-          [source] { return source->missed(); }};
+          [source] { return source->missed(); },
+          nullptr,
+          [source] { return source->drawings(); }};
 }
 
 }  // namespace haptic

@@ -44,6 +44,7 @@ struct View {
   double rate_servo = 0, rate_contact = 0, rate_sim = 0;  // [Hz]
   DurationSum wake_late, busy, contact_busy;
   uint64_t faults = 0;                     // latched since the source began
+  uint64_t drawn = 0;                      // how often what clients draw has changed
   std::array<ProcessView, 4> processes{};  // servo, contact, sim, control
 };
 

@@ -32,6 +32,7 @@ struct Viewer {
   uint64_t sequence = 0;         // of the next
   uint64_t seen = 0;             // samples, and
   uint64_t seen_ticks = 0;       // ticks before this have been sent
+  uint64_t seen_drawn = 0;       // View::drawn that it was told of
   std::unique_ptr<LogPage> log;  // of a page that shows a log
 };
 

@@ -114,7 +114,8 @@ std::string status_json(const SessionStatus& status) {
                       {"pid", giver.pid},
                       {"rate", giver.rate},
                       {"refused", giver.refused},
-                      {"state", giver.words}});
+                      {"state", giver.words},
+                      {"text", giver_text(giver)}});
   }
   const std::vector<std::string> closed = closed_by(status);
   const ControlFrame& wanted = status.wanted;

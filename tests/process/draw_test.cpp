@@ -112,6 +112,20 @@ TEST_CASE("draw: viewers see a drawing whole, the children map nothing of it, an
   CHECK(session.watcher.servo_frame.fault == 0);
 }
 
+TEST_CASE("hapt top: a line of each client that may give") {
+  DrawnSession session;
+  const Painter painter;
+  const std::string there = "'painter' gives, pid " + std::to_string(getpid());
+  const std::string& folder = session.folder.path();
+  std::string said;
+  CHECK(eventually([&] {
+    said = hapt("top -n 1 -d 100ms -b", folder).output;
+    return has(said, "\nclient " + there) && has(said, "\nclient 'other' is not there\n");
+  }));
+  INFO(said);
+  CHECK(has(hapt("top -n 1 -d 100ms --json", folder).output, "\"giving\": [\"" + there));
+}
+
 TEST_CASE("draw: who may not is told how to allow it") {
   DrawnSession session;
   Client client("plane");

@@ -44,7 +44,8 @@ const std::vector<std::string> kTargets{"/",           "/view",        "/scene.j
 const std::vector<std::string> kHosts{"127.0.0.1:8765", "localhost:8765", "[::1]:8765",
                                       "evil.example",   "studio:8765",    "LOCALHOST:8765"};
 const std::vector<std::string> kStatus{
-    R"~({"clients":3,"closed_by":["a fault (clear it)","another"]})~"};
+    R"~({"clients":3,"closed_by":["a fault (clear it)","another"]})~",
+    R"~({"giving":[{"name":"arm","text":"gives, pid 7","state":["late"]}]})~"};
 const Damage kDamage({"\"type\"", "\"lead\"", "null", "1e999", "-0", "\\u0000", "[[[[", "}", "..",
                       "%00", "\xff\xfe", "\"", "18446744073709551616", ":8765", "\n", "arm"});
 

@@ -6,7 +6,7 @@ import { readFile } from "node:fs/promises";
 import { extname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { WebSocketServer } from "ws";
-import { ball, encode, make_layout, octants } from "./mock_layout.mjs";
+import { ball, encode, encode_drawing, make_layout, octants } from "./mock_layout.mjs";
 import { Recording } from "./mock_recording.mjs";
 import { frame_at, kPeriod, kRadius } from "./mock_session.mjs";
 
@@ -43,6 +43,7 @@ export class Mock {
     this.pieces = pieces; // whether there are convex pieces of the ball
     this.trouble = null;
     this.faults = [];
+    this.giving = []; // {name, text, well}
     this.fault = 0;
     this.paused = false;
     this.stiffness = 600;
@@ -50,6 +51,7 @@ export class Mock {
     this.received = []; // every message of a page
     this.led = null;
     this.intent = null;
+    this.drawn = new Map(); // by client: {number, points, lines, bytes}
     this.began = performance.now() - 20000;
     this.meshes = {
       "/mesh/0.bin": ball("ball", 0, [0.62, 0.68, 0.75, 1], kRadius, 32, 1500),
@@ -113,6 +115,8 @@ export class Mock {
     if (made) return send(200, "application/json", JSON.stringify(made()));
     if (this.meshes[url.pathname])
       return send(200, "application/octet-stream", this.meshes[url.pathname]);
+    const drawn = this.drawn.get(Number(/^\/drawn\/(\d)\.bin$/.exec(url.pathname)?.[1]));
+    if (drawn) return send(200, "application/octet-stream", drawn.bytes);
     if (url.pathname === "/export.csv")
       return send(200, "text/csv", `tick\n${url.searchParams.get("from")}\n`);
     const file = url.pathname === "/" ? "/index.html" : url.pathname;
@@ -163,6 +167,27 @@ export class Mock {
     if (trouble === "gone")
       this.each((viewer) => viewer.say({ type: "gone", text: "hapticd has ended." }));
     if (trouble === null) this.each((viewer) => viewer.greet(0));
+  }
+
+  drawings() {
+    const drawings = Array.from(this.drawn, ([client, { number, points, lines }]) => ({
+      client,
+      number: String(number),
+      points,
+      lines,
+      path: `/drawn/${client}.bin`,
+    }));
+    return { type: "drawings", drawings };
+  }
+
+  /** A client draws {points, lines} (encode_drawing), or leaves: null. */
+  draw(client, drawing) {
+    const { points = [], lines = [] } = drawing ?? {};
+    const number = (this.drawn.get(client)?.number ?? 0) + 1;
+    const bytes = encode_drawing({ points, lines });
+    if (drawing) this.drawn.set(client, { number, points: points.length, lines: lines.length, bytes });
+    else this.drawn.delete(client);
+    this.each((viewer) => viewer.say(this.drawings()));
   }
 
   drop_sockets() {
@@ -221,6 +246,7 @@ class Viewer {
       missed,
     });
     this.say({ type: "scene", ...mock.scene() });
+    if (mock.drawn.size > 0) this.say(mock.drawings());
     this.status();
   }
 
@@ -239,6 +265,7 @@ class Viewer {
       clients: 1,
       viewers: mock.sockets.clients.size,
       missed: 0,
+      giving: mock.giving,
       faults: mock.faults,
       warnings: [],
     });

@@ -119,3 +119,21 @@ export function ball(name, object, colour, radius, rings, shell = 0) {
   }
   return encode_eye({ name, object, colour, vertices, normals, triangles, points });
 }
+
+/** Bytes of a drawing {points: [{p, radius, colour}], lines: [{from, to, colour}]}; colours 0xRRGGBB. */
+export function encode_drawing({ points = [], lines = [] }) {
+  const head = new Uint8Array(16);
+  head.set(new TextEncoder().encode("HAPTDRW1"));
+  new DataView(head.buffer).setUint32(8, points.length, true);
+  new DataView(head.buffer).setUint32(12, lines.length, true);
+  const places = points.flatMap(({ p, radius }) => [...p, radius]);
+  const ends = lines.flatMap(({ from, to }) => [...from, ...to]);
+  const parts = (colour) => [colour >> 16, (colour >> 8) & 255, colour & 255, 255];
+  return Buffer.concat([
+    head,
+    Buffer.from(new Float32Array(places).buffer),
+    Buffer.from(new Float32Array(ends).buffer),
+    Buffer.from(points.flatMap(({ colour }) => parts(colour))),
+    Buffer.from(lines.flatMap(({ colour }) => [...parts(colour), ...parts(colour)])),
+  ]);
+}

@@ -317,6 +317,66 @@ describe("the page", { skip: lack }, () => {
     assert.equal(asked.length, 1, "fetched once");
   });
 
+  test("what clients draw is in the picture, in its colours, and goes with them", async () => {
+    await open();
+    const share_of = (wanted) =>
+      page.evaluate((hex) => {
+        const { stage } = window.hapticd;
+        stage.dirty = true;
+        stage.draw();
+        const gl = stage.renderer.getContext();
+        const [w, h] = [gl.drawingBufferWidth, gl.drawingBufferHeight];
+        const pixels = new Uint8Array(4 * w * h);
+        gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+        let count = 0;
+        // a dot is darker at its rim
+        for (let i = 0; i < pixels.length; i += 4) {
+          const [r, g, b] = [pixels[i], pixels[i + 1], pixels[i + 2]];
+          count += hex === "magenta" ? r > 120 && b > 120 && g < 40 : g > 240 && r < 20 && b < 20;
+        }
+        return count / (w * h);
+      }, wanted);
+    assert.equal(await share_of("magenta"), 0);
+    const radius = 0.006;
+    const points = [{ p: [0, 0.047, 0], radius, colour: 0xff00ff }];
+    const lines = [{ from: [-0.05, 0.037, 0], to: [0.05, 0.037, 0], colour: 0x00ff00 }];
+    mock.draw(3, { points, lines });
+    await until(() => window.hapticd.stats.drawings === 1);
+    const [dots, wide] = [await share_of("magenta"), await share_of("green")];
+    assert.ok(wide > 0, "the line is seen");
+    // as large as a ball of that radius there: by the camera's own measure
+    const wanted = await page.evaluate((r) => {
+      const { stage } = window.hapticd;
+      const cell = stage.cell(0);
+      const in_pixels = r / stage.metres_per_pixel([0, 0.047, 0]);
+      return (Math.PI * in_pixels ** 2) / (cell.width * cell.height);
+    }, radius);
+    assert.ok(dots > 0.85 * wanted && dots < 1.15 * wanted, `${dots} of the picture, not ${wanted}`);
+    mock.draw(3, { points: [] });
+    await until(() => window.hapticd.stats.drawings === 2);
+    assert.equal(await share_of("magenta"), 0);
+    mock.draw(3, { points });
+    await until(() => window.hapticd.stats.drawings === 3);
+    assert.ok((await share_of("magenta")) > 0);
+    mock.draw(3, null);
+    await until(() => window.hapticd.stats.drawings === 4);
+    assert.equal(await share_of("magenta"), 0);
+  });
+
+  test("clients that give have a line each, marked where something is wrong", async () => {
+    await open();
+    assert.equal(await page.isVisible("#giving"), false);
+    mock.giving = [
+      { name: "arm", text: "gives, pid 7, 100 Hz", well: true },
+      { name: "cup", text: "gives, pid 8; late: what it gives is not felt", well: false },
+    ];
+    await until(() => document.querySelectorAll("#giving li").length === 2);
+    assert.equal(await text("#giving li:first-child"), "arm gives, pid 7, 100 Hz");
+    assert.equal(await text("#giving li.warn"), "cup gives, pid 8; late: what it gives is not felt");
+    mock.giving = [];
+    await until(() => document.querySelector("#giving").hidden);
+  });
+
   test("a scene without convex pieces offers none", async () => {
     await open();
     assert.equal(await page.isDisabled("#pieces"), true);

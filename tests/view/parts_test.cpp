@@ -461,4 +461,19 @@ TEST_CASE("view: the metrics are Prometheus text, version 0.0.4") {
   }
 }
 
+TEST_CASE("view: a line of each client that may give, and whether all is well with it") {
+  const SessionWords words = parse_status(
+      R"json({"giving": [{"name": "arm", "text": "gives, pid 7, 100 Hz", "state": []}, 5, {"name": 1},
+                         {"name": "a\nb", "text": "gives; late", "state": ["late"]}, null]})json");
+  const auto view = full_view();
+  const Json giving = Json::parse(status_message(*view, words, 2, 5))["giving"];
+  REQUIRE(giving.size() == 2);
+  CHECK(giving[0] == Json{{"name", "arm"}, {"text", "gives, pid 7, 100 Hz"}, {"well", true}});
+  CHECK(giving[1]["name"] == "a\\nb");
+  CHECK(giving[1]["well"] == false);
+  for (const char* text : {R"({"giving": 5})", R"({"giving": {"name": "x"}})", "{}"}) {
+    CHECK(parse_status(text).giving.empty());
+  }
+}
+
 }  // namespace haptic

@@ -20,13 +20,13 @@ namespace haptic::test {
 
 inline constexpr const char* kPage = "hapticd.view.v1";
 
-/// The session file of a block, without real-time priority.
-inline std::string write_session(const std::string& folder) {
+/// The session file of a block, without real-time priority, and with more at its end.
+inline std::string write_session(const std::string& folder, const std::string& more) {
   std::string text = read_config_text(from_source("configs/plane.toml"));
   const std::string name = "name = \"plane\"";
   text.replace(text.find(name), name.size(), name + "\nrealtime = false");
   const std::string path = folder + "/plane.toml";
-  std::ofstream(path) << text;
+  std::ofstream(path) << text << more;
   return path;
 }
 
@@ -53,11 +53,13 @@ struct BridgeProcess : ProgramProcess {
 
 struct Viewed {
   TemporaryRuntimeFolder folder;
-  std::string file = write_session(folder.path());
+  std::string file;
   std::unique_ptr<HapticdProcess> hapticd = start();
   Watcher watcher{"viewed"};
 
-  Viewed() { REQUIRE(watcher.wait_for_all()); }
+  explicit Viewed(const std::string& more = "") : file(write_session(folder.path(), more)) {
+    REQUIRE(watcher.wait_for_all());
+  }
   std::unique_ptr<HapticdProcess> start() const {
     return std::make_unique<HapticdProcess>(std::vector<std::string>{file, "--session", "viewed"},
                                             folder.path());

@@ -46,10 +46,6 @@ def _colours(name: str, value: npt.ArrayLike, n: int) -> npt.NDArray[np.uint32]:
     return given.astype(np.uint32)
 
 
-def _bytes(records: npt.NDArray[Any]) -> Bytes:
-    return np.frombuffer(records.tobytes(), np.uint8)
-
-
 def drawing_of(
     points: Optional[npt.ArrayLike],
     radius: npt.ArrayLike,
@@ -73,4 +69,4 @@ def drawing_of(
     if line_colour is None:
         line_colour = colour if np.ndim(colour) == 0 else _WHITE
     drawn["colour"] = _colours("line_colour", line_colour, len(drawn))
-    return _bytes(dots), _bytes(drawn)
+    return dots.view(np.uint8), drawn.view(np.uint8)

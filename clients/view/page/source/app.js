@@ -4,6 +4,7 @@
 import { Connection, take_token } from "./connection.js";
 import { Controls, reason_for_no_touch, reason_for_none } from "./controls.js";
 import { announce, by_id, write } from "./dom.js";
+import { Drawings } from "./drawings.js";
 import { follow, judge, kNothingYet, kWell } from "./health.js";
 import { History } from "./history.js";
 import { Joints } from "./joints.js";
@@ -35,6 +36,7 @@ const stats = {
   reconnects: 0,
   errors: 0,
   leads: 0,
+  drawings: 0,
 };
 const state = {
   ...kNothingYet,
@@ -98,10 +100,18 @@ const connection = new Connection(
       permit();
     },
     frame: take_frame,
+    drawings: (message) => drawings.take(message),
   },
   stats,
 );
 
+const drawings = new Drawings({
+  show: (client, drawing) => {
+    stage.set_drawing(client, drawing);
+    stats.drawings += 1;
+  },
+  trouble: note_event,
+});
 const controls = new Controls((line) => connection.command(line));
 const player = new Player({ send: (message) => connection.send(message), plots, say: announce });
 const touch = new Touch(by_id("stage"), stage, {
@@ -331,6 +341,7 @@ document.addEventListener("visibilitychange", () => {
   state.visible = !document.hidden;
   state.asked = now_s();
   if (!document.hidden) ask_on();
+  drawings.load();
 });
 
 window.hapticd = {

@@ -112,6 +112,20 @@ export class Processes {
       `${some(clients ?? 0, "client")}, ${some(viewers ?? 0, "viewer")}, ` +
         `${some(missed ?? 0, "record")} missed by the bridge`,
     );
+    this.show_givers(status.giving ?? []);
+  }
+
+  /** A line for each client that the session file lets give. */
+  show_givers(giving) {
+    const key = JSON.stringify(giving);
+    if (key === this.givers) return;
+    this.givers = key;
+    by_id("giving").hidden = giving.length === 0;
+    by_id("giving").replaceChildren(
+      ...giving.map(({ name, text, well }) =>
+        make("li", { className: well ? "" : "warn" }, `${name} ${text}`),
+      ),
+    );
   }
 
   show(frame, frame_age, now) {

@@ -5,6 +5,7 @@ import * as THREE from "three";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import { css } from "./dom.js";
 import { Arrow, Contacts, Tightest, Trail } from "./scene_marks.js";
+import { SceneDrawings } from "./scene_drawings.js";
 import { piece_colours } from "./scene_pieces.js";
 
 const kCrease = 0.7; // [rad]: sides that meet in a sharper edge are shaded apart
@@ -53,6 +54,7 @@ export class Model {
     this.contacts = new Contacts();
     this.trail = new Trail();
     this.tightest = new Tightest();
+    this.drawings = new SceneDrawings(low);
     this.link = line_of("hand");
     this.intent = new THREE.Mesh(
       new THREE.OctahedronGeometry(1),
@@ -67,6 +69,7 @@ export class Model {
       this.contacts.group,
       this.trail.line,
       this.tightest.group,
+      this.drawings.group,
       this.link,
       this.intent,
       this.intent_line,

@@ -116,6 +116,12 @@ export class Stage {
     this.dirty = true;
   }
 
+  /** Shows what a client draws; null: nothing any more. */
+  set_drawing(client, drawing) {
+    for (const model of this.models) model.drawings.show(client, drawing);
+    this.dirty = true;
+  }
+
   show_pieces(on) {
     for (const model of this.models) model.show_pieces(on);
     this.dirty = true;
