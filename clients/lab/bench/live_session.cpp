@@ -51,7 +51,7 @@ SessionWindow LiveSession::watch(double seconds) {
   const auto set = std::make_unique<ContactSet>();
   frames_->latest(frame);
   sets_->latest(*set);
-  Histogram busy, wake;
+  Histogram busy, wake, steps;
   uint64_t n_sets = 0, n_frames = 0, n_contacts = 0;
   const int64_t begin = now_ns(), end = begin + static_cast<int64_t>(1e9 * seconds);
   while (now_ns() < end) {
@@ -62,7 +62,7 @@ SessionWindow LiveSession::watch(double seconds) {
       n_contacts += frame.n_contacts;
       ++n_frames;
     }
-    while (sets_->next(*set)) ++n_sets;
+    for (; sets_->next(*set); ++n_sets) steps.add(set->busy_ns);
   }
   const double lasted = 1e-9 * static_cast<double>(now_ns() - begin);
   const auto percentile = [](const Histogram& times, double q) {
@@ -71,6 +71,8 @@ SessionWindow LiveSession::watch(double seconds) {
   return {.busy_p50 = percentile(busy, 50),
           .busy_p99 = percentile(busy, 99),
           .wake_p99 = percentile(wake, 99),
+          .contact_p50 = percentile(steps, 50),
+          .contact_p99 = percentile(steps, 99),
           .contact_rate = static_cast<double>(n_sets) / lasted,
           .contacts = static_cast<double>(n_contacts) /
                       static_cast<double>(std::max<uint64_t>(n_frames, 1)),

@@ -29,11 +29,12 @@ void wait_until(const std::string& what, const std::function<bool()>& holds);
 
 /// Figures of a live session over one stretch of time.
 struct SessionWindow {
-  double busy_p50 = 0, busy_p99 = 0;  // of the servo [s]
-  double wake_p99 = 0;                // its lateness [s]
-  double contact_rate = 0;            // answers a second
-  double contacts = 0;                // mean number of planes that push
-  double seconds = 0;                 // how long it lasted
+  double busy_p50 = 0, busy_p99 = 0;        // of the servo [s]
+  double wake_p99 = 0;                      // its lateness [s]
+  double contact_p50 = 0, contact_p99 = 0;  // of contact's steps [s]
+  double contact_rate = 0;                  // answers a second
+  double contacts = 0;                      // mean number of planes that push
+  double seconds = 0;                       // how long it lasted
 };
 
 /// Median over the windows of one quantity.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "proto/ipc/channels.h"
 #include "proto/log/trace.h"
 
 namespace haptic {
@@ -19,7 +20,10 @@ std::vector<int64_t> recorded_times(const std::string& path, uint64_t& told) {
     times.push_back(stamp.t_ns);
   });
   reader.for_each<Event>(kEventTopic, [&](const Event& event, const Stamp&) {
-    if (event.code == static_cast<uint32_t>(EventCode::kRecordsLost)) {
+    // a client that floods its ring loses its own frames
+    const bool is_clients = event.source >= static_cast<uint32_t>(ClientChannels::id(0)) &&
+                            event.source < static_cast<uint32_t>(ClientChannels::id(kMostClients));
+    if (event.code == static_cast<uint32_t>(EventCode::kRecordsLost) && !is_clients) {
       told += static_cast<uint64_t>(event.numbers[0]);
     }
   });

@@ -9,6 +9,7 @@
 
 #include "clients/lab/torture/fault_kinds.h"
 #include "clients/lab/torture/faulty/fault_order.h"
+#include "clients/lab/torture/giver_faults.h"
 #include "device-io/emulator/fault_order.h"
 #include "device-io/woodenhaptics/protocol.h"
 #include "proto/ipc/process.h"

@@ -142,6 +142,20 @@ constexpr const char* kSim = R"(
 gravity = ["0 m/s²", "0 m/s²", "-{gravity} m/s²"]
 )";
 
+constexpr const char* kClient = R"(
+[[client]]
+name = "{name}"
+may = ["move {name}"]
+)";
+
+/// Where the object of a client is: behind the block, out of the hand's reach.
+Vec3 place_of_given(uint32_t client) {
+  return {0.6, 0.1 * client, 0.3};
+}
+std::string name_of_given(uint32_t client) {
+  return "given " + std::to_string(client);
+}
+
 std::string box(const std::string& name, const Vec3& extent, const Vec3& place) {
   const auto lengths = [](const Vec3& v) {
     return "[\"" + number_text(v.x) + " m\", \"" + number_text(v.y) + " m\", \"" +
@@ -165,6 +179,18 @@ std::string block_in_pocket() {
          box("wall to the other side of x", kAlongY, {kMiddle, 0, kWall}) +
          box("wall to the other side of y", kAlongX, {0, kMiddle, kWall}) +
          filled(kSim, {{"gravity", number_text(kGravity)}});
+}
+
+/// The clients that give, and what they move.
+std::string givers() {
+  std::string text;
+  for (uint32_t client = 0; client < kGivers; ++client) {
+    text += box(name_of_given(client), {0.02, 0.02, 0.02}, place_of_given(client));
+  }
+  for (uint32_t client = 0; client < kGivers; ++client) {
+    text += filled(kClient, {{"name", name_of_given(client)}});
+  }
+  return text;
 }
 
 /// The end of a file, for an error message; the file is deleted with its folder.
@@ -222,6 +248,7 @@ void TortureSession::Watch::drain(std::vector<SeenFrame>& published) {
   }
   for (SceneFrame frame; sim.next(frame);) {
     note_writer(sim_seen, sim, [&] { return frame.t_ns; });
+    scene = frame;
   }
 }
 
@@ -261,6 +288,7 @@ void TortureSession::link_programs(const std::string& from) const {
     link(name, from + "/" + name);
   }
   link("haptic-contact", from + "/haptic-faulty-contact");
+  link("haptic-faulty-giver", from + "/haptic-faulty-giver");
   if (const std::string stress = find_on_path("stress-ng"); !stress.empty()) {
     link("stress-ng", stress);
   }
@@ -325,7 +353,7 @@ std::string TortureSession::write_config() const {
                                        {"slew", number_text(r.slew)},
                                        {"torque", number_text(kMaxTorque)},
                                        {"torque_slew", number_text(kTorqueSlew)}})
-                      << objects;
+                      << objects << givers();
   return path;
 }
 
@@ -380,6 +408,33 @@ void TortureSession::start_recorder() {
   recorder_waits_.emplace(recorder_->pid());
 }
 
+std::unique_ptr<SessionProcess> TortureSession::run_giver(uint32_t client) const {
+  const Vec3 place = place_of_given(client);
+  return std::make_unique<SessionProcess>(
+      "haptic-faulty-giver",
+      std::vector<std::string>{name_, name_of_given(client), number_text(place.x),
+                               number_text(place.y), number_text(place.z)},
+      options_.folder + "/said");
+}
+
+const SceneObject* TortureSession::given_object(uint32_t client) const {
+  const SceneFrame* newest = scene();
+  if (newest == nullptr || newest->objects.size() < kGivers) return nullptr;
+  return &newest->objects[newest->objects.size() - kGivers + client];
+}
+
+bool TortureSession::start_giver(int64_t patience_ns) {
+  // one whose hapticd was killed has ended
+  if (bystander_ == nullptr || bystander_->exit_code()) bystander_ = run_giver(kBystander);
+  giver_number_ = (giver_number_ + 1) % kBystander;
+  giver_ = run_giver(giver_number_);
+  const auto is_let_in = [this](uint32_t client) {
+    const SceneObject* object = given_object(client);
+    return object != nullptr && object->mover == moved_by_client(client) && object->reduction == 0;
+  };
+  return wait_until([&] { return is_let_in(giver_number_) && is_let_in(kBystander); }, patience_ns);
+}
+
 /// Frames seen up to now must be in the recorder's file, later ones need not.
 void TortureSession::end_part() {
   if (!recorder_ || parts_.back().n_seen != RecordingPart::kRuns) return;
@@ -416,7 +471,7 @@ void TortureSession::restart_hapticd() {
 
 void TortureSession::stop() {
   end_part();
-  for (auto* process : {&recorder_, &hapticd_, &emulator_}) {
+  for (auto* process : {&recorder_, &giver_, &bystander_, &hapticd_, &emulator_}) {
     if (!*process) continue;
     (*process)->send(SIGCONT);
     (*process)->stop();

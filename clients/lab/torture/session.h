@@ -45,6 +45,10 @@ struct RecordingPart {
   std::vector<Stall> stalls = {};  // a killed recorder could not write in these
 };
 
+/// Clients that give, each of which moves an object far away from the hand. The last one is honest
+/// and always there; the others come in turn, because a name takes a segment once a second.
+inline constexpr uint32_t kGivers = 7, kBystander = kGivers - 1;
+
 /// The newest writer of a ring, as seen by this program.
 struct WriterSeen {
   pid_t pid = -1;
@@ -102,6 +106,15 @@ class TortureSession {
   const WriterSeen& contact() const { return watch_->contact_seen; }
   const WriterSeen& sim() const { return watch_->sim_seen; }
   const WriterSeen& servo() const { return watch_->servo_seen; }
+  /// The newest scene; null: none has been seen.
+  const SceneFrame* scene() const { return watch_->scene ? &*watch_->scene : nullptr; }
+  /// Starts the next client that gives; false where it or the honest one does not come to give.
+  bool start_giver(int64_t patience_ns);
+  /// The client that was started last, its number and its object in the newest scene.
+  SessionProcess& giver() { return *giver_; }
+  uint32_t giver_number() const { return giver_number_; }
+  const SceneObject* given_object(uint32_t client) const;
+
   SessionProcess& hapticd() { return *hapticd_; }
   SessionProcess& emulator() { return *emulator_; }
   SessionProcess* recorder() { return recorder_.get(); }  // null: not recording
@@ -132,6 +145,7 @@ class TortureSession {
     RingSource<&ContactChannels::sets> contact;
     RingSource<&SimChannels::frames> sim;
     WriterSeen servo_seen, contact_seen, sim_seen;
+    std::optional<SceneFrame> scene;
     explicit Watch(FileDescriptor socket);
     void drain(std::vector<SeenFrame>& published);
     uint64_t lost() const { return servo.lost(); }
@@ -154,6 +168,7 @@ class TortureSession {
   std::string write_config() const;
   void start_emulator();
   void start_hapticd();
+  std::unique_ptr<SessionProcess> run_giver(uint32_t client) const;
   void end_part();
 
   TortureOptions options_;
@@ -162,7 +177,8 @@ class TortureSession {
   std::string programs_;
   Variable runtime_dir_, libexec_;
   StallWitness witness_, normal_witness_;
-  std::unique_ptr<SessionProcess> emulator_, hapticd_, recorder_;
+  std::unique_ptr<SessionProcess> emulator_, hapticd_, recorder_, giver_, bystander_;
+  uint32_t giver_number_ = 0;
   std::optional<ProcessWaits> recorder_waits_;
   std::unique_ptr<Watch> watch_;
   EmulatorLogReader reader_;

@@ -211,7 +211,8 @@ TEMPLATE_TEST_CASE("ring: of every length of every part a reader gets what is in
                    (PackedRing<ServoFrame, 4, 2 * sizeof(ServoFrame)>),
                    (PackedRing<ContactSet, 4, 2 * sizeof(ContactSet)>),
                    (PackedRing<SceneFrame, 4, 2 * sizeof(SceneFrame)>),
-                   (PackedRing<GivenFrame, 4, 2 * sizeof(GivenFrame)>), (Varying<32>)) {
+                   (PackedRing<GivenFrame, 4, 2 * sizeof(GivenFrame)>),
+                   (PackedRing<DrawnPiece, 4, 2 * sizeof(DrawnPiece)>), (Varying<32>)) {
   using Item = typename TestType::Item;
   std::mt19937_64 random(23);
   const auto ring = std::make_unique<TestType>();
@@ -319,7 +320,8 @@ TEMPLATE_TEST_CASE("ring: a slot with a wrong count, begin or length is refused 
                    "", (PackedRing<ServoFrame, 4, 2 * sizeof(ServoFrame)>),
                    (PackedRing<ContactSet, 4, 2 * sizeof(ContactSet)>),
                    (PackedRing<SceneFrame, 4, 2 * sizeof(SceneFrame)>),
-                   (PackedRing<GivenFrame, 4, 2 * sizeof(GivenFrame)>), (Varying<32>)) {
+                   (PackedRing<GivenFrame, 4, 2 * sizeof(GivenFrame)>),
+                   (PackedRing<DrawnPiece, 4, 2 * sizeof(DrawnPiece)>), (Varying<32>)) {
   using Item = typename TestType::Item;
   std::mt19937_64 random(37);
   // alone, so that the address sanitizer knows where it ends

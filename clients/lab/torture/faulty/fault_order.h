@@ -13,4 +13,15 @@ enum class ContactFault : int {
   kLies = 6,  // finite but wrong planes, different in each answer, until the next order
 };
 
+/// Faults that haptic-faulty-giver can be ordered to inject. It starts healthy.
+enum class GiverFault : int {
+  kHealthy = 1,
+  kNaN = 2,        // in each number in turn
+  kHuge = 3,       // 1e300, likewise
+  kUnturned = 4,   // quaternions that are none
+  kBackwards = 5,  // its frames, its instants and the servo's ticks go back
+  kFlood = 6,      // four frames a millisecond, of which half are valid
+  kGarbage = 7,    // random bytes all over its segment, whose rings and header are spoilt for good
+};
+
 }  // namespace haptic

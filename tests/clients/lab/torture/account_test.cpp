@@ -26,8 +26,12 @@ RecordingPart record(const std::string& path, int64_t from, int64_t to,
     trace.write(servo_topic(kFirstHand), frame, {frame.t_ns, frame.t_ns, 0});
   }
   if (told_lost > 0) {
-    const Event event{kStart, static_cast<uint32_t>(EventCode::kRecordsLost), 3, {told_lost}};
-    trace.write(kEventTopic, event, {kStart, kStart, 0});
+    // what the client 5 has lost by flooding its ring is its own affair
+    for (const uint32_t source : {3u, 0x85u}) {
+      const Event event{
+          kStart, static_cast<uint32_t>(EventCode::kRecordsLost), source, {told_lost}};
+      trace.write(kEventTopic, event, {kStart, kStart, 0});
+    }
   }
   REQUIRE(trace.close());
   return {path, static_cast<size_t>(to)};
