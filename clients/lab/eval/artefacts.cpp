@@ -7,9 +7,9 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/options.h"
-#include "clients/lab/support/lockstep.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
+#include "clients/lockstep/lockstep.h"
 #include "clients/report/plot_svg.h"
 #include "proto/wire/renderer.h"
 

@@ -7,9 +7,9 @@
 #include <numbers>
 #include <numeric>
 
-#include "clients/lab/support/lockstep.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
+#include "clients/lockstep/lockstep.h"
 #include "proto/math/units.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "clients/lab/eval/scenes/moving_scenes.h"
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "clients/report/report.h"
 
 namespace haptic {

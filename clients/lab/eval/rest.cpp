@@ -6,9 +6,9 @@
 
 #include "clients/lab/eval/oracle/place.h"
 #include "clients/lab/eval/oracle/rest_cgal.h"
-#include "clients/lab/support/lockstep.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
+#include "clients/lockstep/lockstep.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 

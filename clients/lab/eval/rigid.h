@@ -8,7 +8,7 @@
 
 #include "clients/lab/eval/rigid_judge.h"
 #include "clients/lab/eval/scenes/rigid_scenes.h"
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 
 namespace haptic {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "clients/lab/eval/scenes/workload.h"
-#include "clients/lab/support/lockstep.h"
 #include "clients/lab/support/traj.h"
+#include "clients/lockstep/lockstep.h"
 #include "clients/report/report.h"
 
 namespace haptic {

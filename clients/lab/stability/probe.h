@@ -5,7 +5,7 @@
 #include <deque>
 #include <functional>
 
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/bake/session.h"
 #include "device-io/hand/simulated_hand.h"
 #include "proto/config/coupling_margin.h"

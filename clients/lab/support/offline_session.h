@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "clients/log/given_replay.h"
 #include "contact/bake/session.h"
 #include "proto/config/command_line.h"

@@ -27,6 +27,7 @@ from .flags import (
     ServoFlag,
 )
 from .giver import GivenObject, Giver, Period, Push, every
+from .lockstep import Step, lockstep
 from .log import Log, Records, open_log
 from .run import RunningSession, find_hapticd, run
 from .session import Frames, Missed, Session, connect
@@ -51,11 +52,13 @@ __all__ = [
     "RunningSession",
     "ServoFlag",
     "Session",
+    "Step",
     "abi",
     "connect",
     "dtype",
     "every",
     "find_hapticd",
+    "lockstep",
     "open_log",
     "run",
     "toml",

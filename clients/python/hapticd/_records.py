@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any, Dict, List, Tuple
 
 import numpy as np
@@ -59,6 +60,7 @@ def dtype(record: str) -> "np.dtype[Any]":
     return made
 
 
+@functools.lru_cache(maxsize=None)
 def lists_of(record: str) -> Dict[str, Tuple[int, "np.dtype[Any]"]]:
     """The lists of a record by name: their place among its lists, and the type of a value."""
     parts = [field for field in _RECORDS[record][2] if field[5]]

@@ -18,6 +18,7 @@ from typing import Any, List, Optional, Union
 from . import _hapticd, toml
 from .session import Session
 
+Config = Union[str, "os.PathLike[str]", abc.Mapping[str, Any]]
 _numbers = itertools.count(1)
 _POLL = 0.02  # [s]
 _PATIENCE = 5.0  # [s] after SIGTERM, then SIGKILL
@@ -39,6 +40,22 @@ def find_hapticd() -> str:
     raise _hapticd.Error(
         "hapticd is not found; install the package hapticd, or name the program in $HAPTICD_BIN"
     )
+
+
+def session_file(config: Config, folder: str) -> str:
+    """The path of a session file; a dictionary is written to one in that folder."""
+    if not isinstance(config, abc.Mapping):
+        return os.fspath(config)
+    path = os.path.join(folder, "session.toml")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(toml.dumps(config))
+    return path
+
+
+def last_line(log: str) -> str:
+    """The last line that a program has said; empty: it has said nothing."""
+    with open(log, encoding="utf-8", errors="replace") as file:
+        return (file.read().splitlines() or [""])[-1]
 
 
 def _arguments(options: abc.Mapping[str, Any]) -> List[str]:
@@ -63,7 +80,7 @@ class RunningSession(Session):
 
     def __init__(
         self,
-        config: Union[str, "os.PathLike[str]", abc.Mapping[str, Any]],
+        config: Config,
         timeout: float,
         options: abc.Mapping[str, Any],
     ) -> None:
@@ -79,15 +96,8 @@ class RunningSession(Session):
             self._end()
             raise
 
-    def _start(
-        self, config: Union[str, "os.PathLike[str]", abc.Mapping[str, Any]], options: "dict[str, Any]"
-    ) -> None:
-        if isinstance(config, abc.Mapping):
-            path = os.path.join(self._folder, "session.toml")
-            with open(path, "w", encoding="utf-8") as file:
-                file.write(toml.dumps(config))
-        else:
-            path = os.fspath(config)
+    def _start(self, config: Config, options: "dict[str, Any]") -> None:
+        path = session_file(config, self._folder)
         self._name = str(options.pop("session", None) or f"python-{os.getpid()}-{next(_numbers)}")
         words = [find_hapticd(), path, "--session", self._name, *_arguments(options)]
         # the session ends with this program, however that ends
@@ -116,8 +126,7 @@ class RunningSession(Session):
         raise _hapticd.Error(f"hapticd did not come up within {timeout:g} s: {self._last_words()}")
 
     def _last_words(self) -> str:
-        lines = self.log().splitlines()
-        return lines[-1] if lines else "hapticd ended without a word"
+        return last_line(self._log) or "hapticd ended without a word"
 
     def log(self) -> str:
         """The log of hapticd."""
@@ -143,7 +152,7 @@ class RunningSession(Session):
 
 
 def run(
-    config: Union[str, "os.PathLike[str]", abc.Mapping[str, Any]],
+    config: Config,
     timeout: float = 60.0,
     **options: Any,
 ) -> RunningSession:

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/bake/session.h"
 #include "device-io/emulator/emulated_spacemouse.h"
 #include "device-io/spacemouse/spacemouse.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "clients/report/report.h"
 #include "contact/bake/session.h"
 #include "proto/config/config.h"

@@ -7,7 +7,7 @@
 
 #include "clients/lab/eval/mesh/judge.h"
 #include "clients/lab/eval/scenes/scan_work.h"
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 
 namespace haptic {
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "clients/lab/support/lockstep.h"
 #include "clients/lab/support/measurement.h"
 #include "clients/lab/support/scripted_hand.h"
 #include "clients/lab/support/spectrum.h"
+#include "clients/lockstep/lockstep.h"
 #include "proto/math/units.h"
 #include "proto/os/progress.h"
 #include "proto/wire/renderer.h"

@@ -6,8 +6,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "clients/lab/support/lockstep.h"
 #include "clients/lab/support/scripted_hand.h"
+#include "clients/lockstep/lockstep.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/torture_scale.h"
 

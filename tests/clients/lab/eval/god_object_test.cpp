@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The renderers god-object3 and virtual-proxy3 where they promise the same, servo and contact
 // together in lockstep, against closed forms.
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/bake/inside.h"
 #include "proto/math/units.h"
 #include "proto/wire/renderer.h"

@@ -2,7 +2,7 @@
 // The renderer penalty3 in lockstep: its force, and its two artefacts, compared with the
 // god-object, which has neither.
 #include "clients/lab/eval/artefacts.h"
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "proto/ipc/control.h"
 #include "proto/wire/renderer.h"
 #include "tests/clients/lab/eval/scripted_run.h"

@@ -6,7 +6,7 @@
 #include <functional>
 #include <utility>
 
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/shape/baked/mesh_shape.h"
 #include "tests/support/workload.h"
 

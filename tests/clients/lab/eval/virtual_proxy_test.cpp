@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The renderer virtual-proxy3, servo and contact together in lockstep, against closed forms.
 // god_object_test.cpp tests what both renderers of a point do.
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/bake/inside.h"
 #include "proto/config/devices.h"
 #include "proto/math/units.h"

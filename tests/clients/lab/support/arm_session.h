@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/shape/baked/mesh_shape.h"
 #include "device-io/arm/simulated_arm.h"
 #include "proto/config/devices.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "clients/lab/stability/probe.h"
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/bake/session.h"
 #include "device-io/hand/impedance.h"
 #include "device-io/hand/intent.h"

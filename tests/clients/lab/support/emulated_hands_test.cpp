@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Five hands on an emulated WoodenHaptics, whole sessions on virtual time: an honest device is
 // never taken for a lying one.
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/bake/session.h"
 #include "device-io/hand/impedance.h"
 #include "tests/support/data.h"

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/bake/session.h"
 #include "tests/clients/lab/support/hand_energy.h"
 #include "tests/support/data.h"

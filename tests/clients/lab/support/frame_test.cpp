@@ -2,7 +2,7 @@
 // `hapt demo frame` in lockstep: the part comes through the opening and ends on its pins.
 #include <catch2/catch.hpp>
 
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "clients/report/rigid_pose.h"
 #include "contact/bake/session.h"
 #include "contact/query/proximity/triangle_pairs.h"

@@ -2,7 +2,7 @@
 // A whole session in lockstep whose simulated hand is led.
 #include <memory>
 
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/bake/session.h"
 #include "device-io/hand/simulated_hand.h"
 #include "tests/support/data.h"

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/bake/session.h"
 #include "device-io/device.h"
 #include "proto/math/units.h"

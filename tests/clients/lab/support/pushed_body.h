@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/shape/baked/mesh_shape.h"
 #include "device-io/device.h"
 #include "proto/wire/guide.h"

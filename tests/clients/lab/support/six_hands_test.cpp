@@ -3,7 +3,7 @@
 // board's plant is judged, by the work of its own steps and by its motion.
 #include <catch2/catch.hpp>
 
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/bake/session.h"
 #include "device-io/sixmotors/kinematics.h"
 #include "proto/math/units.h"

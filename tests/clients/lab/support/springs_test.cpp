@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "clients/lab/support/lockstep.h"
 #include "clients/lab/support/scripted_hand.h"
+#include "clients/lockstep/lockstep.h"
 #include "contact/bake/session.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/least_squares.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Whole sessions in lockstep: the shipped scenes, the recorded hand, and bit-identical repetition.
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 
 #include "clients/report/summary.h"
 #include "contact/bake/inside.h"

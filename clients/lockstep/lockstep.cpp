@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/lab/support/lockstep.h"
+#include "clients/lockstep/lockstep.h"
 
 #include <cmath>
 #include <cstring>
