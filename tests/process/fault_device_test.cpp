@@ -97,7 +97,7 @@ TEST_CASE("fault: short of memory or of time, the force stays within its limits"
 TEST_CASE("fault: hapt torture does a handful of faults and accounts for every sample") {
   const TemporaryFolder folder;
   // with bodies the hand holds one, from before the first fault on
-  const std::string with = GENERATE("", "--bodies ");
+  const std::string with = GENERATE("", "--bodies ", "--given ");
   const Ran ran = hapt("torture " + with + "--minutes 0.05 --seed 4 --json", folder.path());
   CAPTURE(with, ran.output);
   // in three seconds the goal of 100 faults per minute may be missed

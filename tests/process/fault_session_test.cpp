@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clients/lab/torture/account.h"
+#include "clients/lab/torture/giver_faults.h"
 #include "proto/os/programs.h"
 #include "tests/process/faulted_session.h"
 #include "tests/support/torture_scale.h"
@@ -164,6 +165,27 @@ TEST_CASE("fault: watching clients die and stand still, 64 attach, and the hand 
   CHECK(s.is_pressing());
   // hapticd has dropped them all
   CHECK(s.session.wait_until([&] { return clients_of(s) == before; }, test::kPatienceNs));
+}
+
+TEST_CASE("fault: clients that give die, hang and lie, and neither hand nor others notice") {
+  FaultedSession s;
+  for (const FaultInfo& info : all_faults()) {
+    if (info.kind < FaultKind::kGiverKill || info.kind > FaultKind::kGiverGarbage) continue;
+    CAPTURE(info.name);
+    s.inject(info.kind);
+    CHECK(s.is_pressing());
+  }
+}
+
+TEST_CASE("fault: a sim that dies while a client misbehaves is no harmless client") {
+  FaultedSession s;
+  Torturer torturer{s.session, std::mt19937_64(1)};
+  const Inflicted done = harm_giver(torturer, GivenFade::kMayFade, [&](SessionProcess&) {
+    ::kill(s.session.sim().pid, SIGKILL);
+    s.session.pause(kNsPerSecond / 2);
+  });
+  REQUIRE(done.problems.size() == 1);
+  CHECK(done.problems[0] == "sim was replaced");
 }
 
 }  // namespace haptic

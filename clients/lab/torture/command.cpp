@@ -13,6 +13,7 @@
 #include <iomanip>
 #include <iostream>
 #include <memory>
+#include <utility>
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
@@ -34,6 +35,7 @@ namespace {
 
 constexpr double kFaultsPerMinute = 100;       // goal, at least
 constexpr double kFaultsWithBodies = 80;       // a block that is lost is taken again in 0.7 s
+constexpr double kFaultsWithGiven = 60;        // a client comes again after a second
 constexpr int64_t kProgressNs = kNsPerSecond;  // between two progress lines
 constexpr int kExitInterrupted = 130;          // 128 + SIGINT
 
@@ -43,7 +45,11 @@ struct TortureCommand {
   uint64_t seed = 1;
   std::string output;
   bool json = false, keep = false, overwrite = false, no_realtime = false, six = false,
-       bodies = false;
+       bodies = false, given = false;
+
+  TortureOptions session(const std::string& folder, const std::string& recording) const {
+    return {folder, recording, !no_realtime, six, bodies, given};
+  }
 };
 
 /// Results of one kind of fault.
@@ -78,7 +84,7 @@ struct Result {
 /// kind that is not ready yet is drawn later.
 class Deck {
  public:
-  Deck(uint64_t seed, bool six) : random_(seed), six_(six) {}
+  Deck(uint64_t seed, TortureOptions options) : random_(seed), options_(std::move(options)) {}
 
   FaultKind draw(const FaultInjector& injector) {
     for (;;) {
@@ -98,7 +104,7 @@ class Deck {
   void refill() {
     std::vector<FaultKind> fresh;
     for (const FaultInfo& info : all_faults()) {
-      if (info.is_of_six && !six_) continue;
+      if (!is_possible(info, options_)) continue;
       fresh.insert(fresh.end(), static_cast<size_t>(info.share), info.kind);
     }
     std::shuffle(fresh.begin(), fresh.end(), random_);
@@ -106,7 +112,7 @@ class Deck {
   }
 
   std::mt19937_64 random_;
-  bool six_;
+  TortureOptions options_;
   std::deque<FaultKind> cards_;
 };
 
@@ -168,7 +174,7 @@ void write_down(const std::string& path, const std::vector<Stall>& stalls) {
 /// Injects faults until the time is over.
 void torture(const TortureCommand& options, TortureSession& session, Result& result) {
   FaultInjector injector(session, options.seed);
-  Deck deck(options.seed, options.six);
+  Deck deck(options.seed, options.session("", ""));
   std::ofstream log(session.folder() + "/faults.csv");
   log << "t_ns,fault,zero_after_ms,whole_after_ms,excused,violations\n";
   Progress progress(options.minutes());
@@ -198,7 +204,7 @@ double seconds(int64_t ns) {
 std::vector<Row> make_rows(const TortureCommand& options, const Result& result) {
   const Rows all;
   for (const FaultInfo& info : all_faults()) {
-    if (info.is_of_six && !options.six) continue;
+    if (!is_possible(info, options.session("", ""))) continue;
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
     Rows rows = all.of(std::string(info.name));
     rows.add(
@@ -212,7 +218,9 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
     }
     if (!tally.left_out.empty()) rows.note("LEFT OUT", tally.left_out);
   }
-  const double per_minute = options.bodies ? kFaultsWithBodies : kFaultsPerMinute;
+  const double per_minute = options.bodies  ? kFaultsWithBodies
+                            : options.given ? kFaultsWithGiven
+                                            : kFaultsPerMinute;
   const double goal = std::floor(per_minute * options.minutes());
   Rows totals = all.machine("torture");
   totals.add({{"faults", static_cast<double>(result.faults), "",
@@ -251,7 +259,7 @@ std::string stated(const FaultInfo& info) {
   return text;
 }
 
-void print_kinds(const Result& result, bool six) {
+void print_kinds(const Result& result, const TortureOptions& options) {
   constexpr std::array<size_t, 7> kWidths{32, 7, 12, 15, 16, 9, 0};
   const auto line = [&](const std::array<std::string, 7>& cells) {
     for (size_t i = 0; i < cells.size(); ++i) std::cout << padded(cells[i], kWidths[i]);
@@ -259,7 +267,7 @@ void print_kinds(const Result& result, bool six) {
   };
   line({"fault", "count", "violations", "worst to zero", "worst to whole", "excused", "stated"});
   for (const FaultInfo& info : all_faults()) {
-    if (info.is_of_six && !six) continue;
+    if (!is_possible(info, options)) continue;
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
     line({std::string(info.name), std::to_string(tally.count), std::to_string(tally.violated),
           cell(tally.worst_zero_ns), cell(tally.worst_recovery_ns), std::to_string(tally.excused),
@@ -269,7 +277,7 @@ void print_kinds(const Result& result, bool six) {
 
 void print(const TortureCommand& options, const Result& result, const std::vector<Row>& rows) {
   if (options.json) return print_json(std::cout, rows);
-  print_kinds(result, options.six);
+  print_kinds(result, options.session("", ""));
   std::vector<Row> totals;
   std::copy_if(rows.begin(), rows.end(), std::back_inserter(totals),
                [](const Row& row) { return row.case_name == "torture"; });
@@ -279,6 +287,10 @@ void print(const TortureCommand& options, const Result& result, const std::vecto
 void run_torture(const TortureCommand& options) {
   if (options.six && options.bodies) {
     throw UsageError("--six, --bodies: the block is taken with one button and no wrist; give one");
+  }
+  if (options.given && (options.six || options.bodies)) {
+    throw UsageError(
+        "--given: a client moves the block of the device with three motors; give it alone");
   }
   std::string recording = options.output;
   if (recording.ends_with(".mcap")) recording.resize(recording.size() - 5);
@@ -290,8 +302,7 @@ void run_torture(const TortureCommand& options) {
   if (recording.empty()) recording = folder.path() + "/torture";
   Result result;
   {
-    TortureSession session(
-        {folder.path(), recording, !options.no_realtime, options.six, options.bodies});
+    TortureSession session(options.session(folder.path(), recording));
     // it has to see every frame, while 64 viewers may take both processors
     if (!options.no_realtime)
       enter_realtime({.fifo_priority = kTorturePriority, .lock_memory = false});
@@ -335,6 +346,8 @@ void add_torture_command(Command& app) {
                "on a device with six motors: each torque is checked as each force is");
   command.flag("--bodies", options->bodies,
                "what is touched has mass, and the hand holds it in every other turn");
+  command.flag("--given", options->given,
+               "a client moves what is touched, and is killed, stopped and corrupted too");
   command.flag("--keep", options->keep, "keep the folder with the device's log");
   command.flag("--no-realtime", options->no_realtime, "run without real-time priorities");
   add_json(command, options->json);

@@ -55,9 +55,17 @@ struct FaultInfo {
   int64_t zero_ns = ForceRules{}.zero_ns;  // documented time to zero force, if the effect is zero
   bool is_misled = false;                  // the device reports false data
   bool is_of_six = false;                  // of a device that turns only
+  bool is_of_given = false;                // of the client that moves the block only
+  bool is_without_given = false;           // a block of a client is let go of, too
   // the process that dies: hapticd delays the restart of one that lived less than ten seconds
   const WriterSeen& (TortureSession::*restarts)() const = nullptr;
 };
+
+/// Whether a fault can be injected into such a session.
+constexpr bool is_possible(const FaultInfo& info, const TortureOptions& options) {
+  return (!info.is_of_six || options.six) && (!info.is_of_given || options.given) &&
+         (!info.is_without_given || !options.given);
+}
 
 /// Only a broken session takes this long.
 inline constexpr int64_t kFaultPatienceNs = 20 * kNsPerSecond;

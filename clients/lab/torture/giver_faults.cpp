@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/lab/torture/giver_faults.h"
 
-#include <algorithm>
+#include <csignal>
 
 #include "proto/math/units.h"
 #include "proto/os/queued_order.h"
@@ -84,6 +84,53 @@ Inflicted harm_giver(Torturer& t, GivenFade fade,
 Inflicted mislead_giver(Torturer& t, GiverFault fault, GivenFade fade) {
   return harm_giver(
       t, fade, [&](SessionProcess& giver) { send_order(giver.pid(), static_cast<int>(fault)); });
+}
+
+namespace {
+
+/// The cause is over, and recovery begins.
+void end_holder_fault(Inflicted& done) {
+  done.over_ns = done.whole_from_ns = done.recovery_from_ns = now_ns();
+}
+
+/// It is gone for a while, and another one comes.
+Inflicted replace_holder(Torturer& t, Inflicted done) {
+  t.session.pause(t.between(150 * kMs, 400 * kMs));
+  t.session.holder().kill();
+  end_holder_fault(done);
+  t.session.start_holder();
+  return done;
+}
+
+}  // namespace
+
+Inflicted fell_holder(Torturer& t) {
+  t.session.holder().send(SIGKILL);
+  return replace_holder(t, {.begin_ns = now_ns()});
+}
+
+Inflicted spoil_holder(Torturer& t) {
+  send_order(t.session.holder().pid(), static_cast<int>(GiverFault::kGarbage));
+  return replace_holder(t, {.begin_ns = now_ns()});
+}
+
+Inflicted stop_holder(Torturer& t) {
+  t.session.holder().send(SIGSTOP);
+  Inflicted done{.begin_ns = now_ns()};
+  t.session.pause(t.between(100 * kMs, 400 * kMs));
+  end_holder_fault(done);
+  t.session.holder().send(SIGCONT);
+  return done;
+}
+
+Inflicted mislead_holder(Torturer& t, GiverFault fault) {
+  const pid_t holder = t.session.holder().pid();
+  send_order(holder, static_cast<int>(fault));
+  Inflicted done{.begin_ns = now_ns()};
+  t.session.pause(t.between(150 * kMs, 400 * kMs));
+  end_holder_fault(done);
+  send_order(holder, static_cast<int>(GiverFault::kHealthy));
+  return done;
 }
 
 }  // namespace haptic

@@ -31,4 +31,14 @@ Inflicted mislead_giver(Torturer& torturer) {
   return mislead_giver(torturer, kFault, kFade);
 }
 
+/// The client that moves the block which the hand presses: its force fades and comes back with it.
+Inflicted fell_holder(Torturer& torturer);
+Inflicted spoil_holder(Torturer& torturer);
+Inflicted stop_holder(Torturer& torturer);
+Inflicted mislead_holder(Torturer& torturer, GiverFault fault);
+template <GiverFault kFault>
+Inflicted mislead_holder(Torturer& torturer) {
+  return mislead_holder(torturer, kFault);
+}
+
 }  // namespace haptic

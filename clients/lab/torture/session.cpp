@@ -44,17 +44,18 @@ const std::vector<std::string> kPressingHand{
     "0 deg",   "--stroke-time", "3 s",      "--tremor", "0 mm"};
 // With --bodies the hand presses and takes a block with mass. The block lies in a pocket, so that
 // no fault moves it away from below the hand.
-constexpr double kBlock = 0.1;            // [kg]
-constexpr double kHalfBlock = 0.02;       // edge [m]
-constexpr double kPocket = 0.001;         // room to each side of it [m]
-constexpr double kPocketDepth = 0.03;     // [m]
-constexpr double kHalfWall = 0.02;        // [m]
-constexpr double kHoldDamping = 3;        // a fifth of critical for it [N·s/m]
-constexpr double kGravity = 9.81;         // [m/s²]
-constexpr double kSway = 0.2;             // by which a resting hand may feel the block swing [N]
-constexpr double kCalmSway = 0.05;        // of that, before a fault [N]
-constexpr int64_t kTakenNs = 1500 * kMs;  // from then on, until the block hangs calm
-constexpr size_t kCalm = 100;             // commands without a swing, whose period is 89 ms
+constexpr double kHalfBlockHeight = 0.02;  // of a block without mass [m]
+constexpr double kBlock = 0.1;             // [kg]
+constexpr double kHalfBlock = 0.02;        // edge [m]
+constexpr double kPocket = 0.001;          // room to each side of it [m]
+constexpr double kPocketDepth = 0.03;      // [m]
+constexpr double kHalfWall = 0.02;         // [m]
+constexpr double kHoldDamping = 3;         // a fifth of critical for it [N·s/m]
+constexpr double kGravity = 9.81;          // [m/s²]
+constexpr double kSway = 0.2;              // by which a resting hand may feel the block swing [N]
+constexpr double kCalmSway = 0.05;         // of that, before a fault [N]
+constexpr int64_t kTakenNs = 1500 * kMs;   // from then on, until the block hangs calm
+constexpr size_t kCalm = 100;              // commands without a swing, whose period is 89 ms
 const std::vector<std::string> kTakingHand{"--grasp", "-3 mm", "6 mm"};
 
 /// With --six the hand also twists, by 1.5 degrees to either side.
@@ -69,18 +70,6 @@ constexpr double kTurningStiffness = 0.25;   // [N·m/rad]
 constexpr double kMaxTorque = 0.03;          // [N·m]
 constexpr double kMaxTurningDamping = 2e-3;  // [N·m·s/rad]
 constexpr double kTorqueSlew = 1.7;          // to the largest in 18 ms, as the force [N·m/s]
-
-/// A text with the words in braces replaced.
-std::string filled(std::string text,
-                   const std::vector<std::pair<std::string, std::string>>& words) {
-  for (const auto& [name, value] : words) {
-    const std::string place = "{" + name + "}";
-    for (size_t at = 0; (at = text.find(place, at)) != std::string::npos; at += value.size()) {
-      text.replace(at, place.size(), value);
-    }
-  }
-  return text;
-}
 
 constexpr const char* kSession = R"(
 [session]
@@ -123,13 +112,6 @@ slew = "{slew} N/s"
 constexpr const char* kSixRules = R"(max_torque = "{torque} N·m"
 torque_slew = "{torque_slew} N·m/s"
 )";
-constexpr const char* kBox = R"(
-[[object]]
-name = "{name}"
-primitive = "box"
-extent = {extent}
-position = {place}
-)";
 constexpr const char* kMovable = R"(
 [object.material]
 friction_static = 0.0
@@ -141,28 +123,6 @@ constexpr const char* kSim = R"(
 [sim]
 gravity = ["0 m/s²", "0 m/s²", "-{gravity} m/s²"]
 )";
-
-constexpr const char* kClient = R"(
-[[client]]
-name = "{name}"
-may = ["move {name}"]
-)";
-
-/// Where the object of a client is: behind the block, out of the hand's reach.
-Vec3 place_of_given(uint32_t client) {
-  return {0.6, 0.1 * client, 0.3};
-}
-std::string name_of_given(uint32_t client) {
-  return "given " + std::to_string(client);
-}
-
-std::string box(const std::string& name, const Vec3& extent, const Vec3& place) {
-  const auto lengths = [](const Vec3& v) {
-    return "[\"" + number_text(v.x) + " m\", \"" + number_text(v.y) + " m\", \"" +
-           number_text(v.z) + " m\"]";
-  };
-  return filled(kBox, {{"name", name}, {"extent", lengths(extent)}, {"place", lengths(place)}});
-}
 
 /// A block with mass on the ground, whose top is where the handle is, between four walls. It is
 /// what a hand presses as it would a fixed one, and takes.
@@ -179,18 +139,6 @@ std::string block_in_pocket() {
          box("wall to the other side of x", kAlongY, {kMiddle, 0, kWall}) +
          box("wall to the other side of y", kAlongX, {0, kMiddle, kWall}) +
          filled(kSim, {{"gravity", number_text(kGravity)}});
-}
-
-/// The clients that give, and what they move.
-std::string givers() {
-  std::string text;
-  for (uint32_t client = 0; client < kGivers; ++client) {
-    text += box(name_of_given(client), {0.02, 0.02, 0.02}, place_of_given(client));
-  }
-  for (uint32_t client = 0; client < kGivers; ++client) {
-    text += filled(kClient, {{"name", name_of_given(client)}});
-  }
-  return text;
 }
 
 /// The end of a file, for an error message; the file is deleted with its folder.
@@ -264,8 +212,11 @@ TortureSession::TortureSession(const TortureOptions& options)
   link_programs(programs_);
   start_emulator();
   start_hapticd();
+  if (options_.given) start_holder();
   start_recorder();
-  if (!wait_whole(now_ns(), kStartNs)) {
+  const bool is_given =
+      !options_.given || wait_until([this] { return is_let_in(0, kGivers); }, kStartNs);
+  if (!is_given || !wait_whole(now_ns(), kStartNs)) {
     throw std::runtime_error(
         "the session does not get as far as a force; its programs said last: " +
         last_lines(options_.folder + "/said"));
@@ -333,9 +284,10 @@ std::string TortureSession::write_config() const {
       (options_.bodies ? kGraspMap : "") +
       (six ? std::string(kSixTool) + kSixDevice : "\n[device]\nkind = \"woodenhaptics\"") + kRules +
       (six ? kSixRules : "");
-  const std::string objects =
-      options_.bodies ? block_in_pocket()
-                      : box("block", {0.2, 0.2, 0.04}, {0, 0, (six ? -kHalfCube : 0) - 0.02});
+  const std::string objects = options_.bodies
+                                  ? block_in_pocket()
+                                  : box("block", {0.2, 0.2, 2 * kHalfBlockHeight},
+                                        {0, 0, (six ? -kHalfCube : 0) - kHalfBlockHeight});
   const std::string turning =
       "rotational_stiffness = \"" + number_text(kTurningStiffness) + " N·m/rad\"";
   std::string path = options_.folder + "/torture.toml";
@@ -353,7 +305,7 @@ std::string TortureSession::write_config() const {
                                        {"slew", number_text(r.slew)},
                                        {"torque", number_text(kMaxTorque)},
                                        {"torque_slew", number_text(kTorqueSlew)}})
-                      << objects << givers();
+                      << objects << text_of_givers() << (options_.given ? text_of_holder() : "");
   return path;
 }
 
@@ -417,10 +369,24 @@ std::unique_ptr<SessionProcess> TortureSession::run_giver(uint32_t client) const
       options_.folder + "/said");
 }
 
+void TortureSession::start_holder() {
+  holder_ = std::make_unique<SessionProcess>(
+      "haptic-faulty-giver",
+      std::vector<std::string>{name_, "block", "0", "0", number_text(-kHalfBlockHeight), "still"},
+      options_.folder + "/said");
+}
+
 const SceneObject* TortureSession::given_object(uint32_t client) const {
   const SceneFrame* newest = scene();
   if (newest == nullptr || newest->objects.size() < kGivers) return nullptr;
   return &newest->objects[newest->objects.size() - kGivers + client];
+}
+
+/// An object is where its client has it, and is felt.
+bool TortureSession::is_let_in(size_t object, uint32_t client) const {
+  if (!watch_->scene || object >= watch_->scene->objects.size()) return false;
+  const SceneObject& seen = watch_->scene->objects[object];
+  return seen.mover == moved_by_client(client) && seen.reduction == 0;
 }
 
 bool TortureSession::start_giver(int64_t patience_ns) {
@@ -428,11 +394,12 @@ bool TortureSession::start_giver(int64_t patience_ns) {
   if (bystander_ == nullptr || bystander_->exit_code()) bystander_ = run_giver(kBystander);
   giver_number_ = (giver_number_ + 1) % kBystander;
   giver_ = run_giver(giver_number_);
-  const auto is_let_in = [this](uint32_t client) {
-    const SceneObject* object = given_object(client);
-    return object != nullptr && object->mover == moved_by_client(client) && object->reduction == 0;
+  const auto are_let_in = [this] {
+    const size_t first = scene() != nullptr ? scene()->objects.size() - kGivers : 0;
+    return is_let_in(first + giver_number_, giver_number_) &&
+           is_let_in(first + kBystander, kBystander);
   };
-  return wait_until([&] { return is_let_in(giver_number_) && is_let_in(kBystander); }, patience_ns);
+  return wait_until(are_let_in, patience_ns);
 }
 
 /// Frames seen up to now must be in the recorder's file, later ones need not.
@@ -471,7 +438,7 @@ void TortureSession::restart_hapticd() {
 
 void TortureSession::stop() {
   end_part();
-  for (auto* process : {&recorder_, &giver_, &bystander_, &hapticd_, &emulator_}) {
+  for (auto* process : {&recorder_, &giver_, &bystander_, &holder_, &hapticd_, &emulator_}) {
     if (!*process) continue;
     (*process)->send(SIGCONT);
     (*process)->stop();

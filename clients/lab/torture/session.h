@@ -14,6 +14,7 @@
 #include "clients/hapt/session_process.h"
 #include "clients/lab/torture/force_judge.h"
 #include "clients/lab/torture/process_waits.h"
+#include "clients/lab/torture/session_text.h"
 #include "clients/lab/torture/stall_witness.h"
 #include "device-io/emulator/log_reader.h"
 #include "proto/ipc/attachments.h"
@@ -26,6 +27,7 @@ struct TortureOptions {
   bool realtime = true;   // ask for real-time priorities
   bool six = false;       // a device with six motors, whose hand also feels torque
   bool bodies = false;    // the block has mass and lies on the ground; at times the hand holds it
+  bool given = false;     // a client moves the block, which stands
 };
 
 /// A frame of the servo as seen by this program. Its time stamp is that of its tick; a stalled
@@ -44,10 +46,6 @@ struct RecordingPart {
   int64_t killed_ns = 0;  // 0: not killed, and every one of those frames must be in the file
   std::vector<Stall> stalls = {};  // a killed recorder could not write in these
 };
-
-/// Clients that give, each of which moves an object far away from the hand. The last one is honest
-/// and always there; the others come in turn, because a name takes a segment once a second.
-inline constexpr uint32_t kGivers = 7, kBystander = kGivers - 1;
 
 /// The newest writer of a ring, as seen by this program.
 struct WriterSeen {
@@ -114,6 +112,10 @@ class TortureSession {
   SessionProcess& giver() { return *giver_; }
   uint32_t giver_number() const { return giver_number_; }
   const SceneObject* given_object(uint32_t client) const;
+  /// The client that moves the block; only where it is given. Started anew, it takes the place of
+  /// one that is gone.
+  SessionProcess& holder() { return *holder_; }
+  void start_holder();
 
   SessionProcess& hapticd() { return *hapticd_; }
   SessionProcess& emulator() { return *emulator_; }
@@ -169,6 +171,7 @@ class TortureSession {
   void start_emulator();
   void start_hapticd();
   std::unique_ptr<SessionProcess> run_giver(uint32_t client) const;
+  bool is_let_in(size_t object, uint32_t client) const;
   void end_part();
 
   TortureOptions options_;
@@ -177,7 +180,7 @@ class TortureSession {
   std::string programs_;
   Variable runtime_dir_, libexec_;
   StallWitness witness_, normal_witness_;
-  std::unique_ptr<SessionProcess> emulator_, hapticd_, recorder_, giver_, bystander_;
+  std::unique_ptr<SessionProcess> emulator_, hapticd_, recorder_, giver_, bystander_, holder_;
   uint32_t giver_number_ = 0;
   std::optional<ProcessWaits> recorder_waits_;
   std::unique_ptr<Watch> watch_;

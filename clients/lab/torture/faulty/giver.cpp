@@ -17,6 +17,7 @@
 #include "proto/ipc/give_message.h"
 #include "proto/ipc/sessions.h"
 #include "proto/math/units.h"
+#include "proto/os/priorities.h"
 #include "proto/os/queued_order.h"
 #include "proto/os/realtime.h"
 
@@ -29,7 +30,8 @@ constexpr size_t kGarbageWords = 512;  // in each millisecond
 constexpr double kMobility = 10;       // of 100 g [1/kg]
 
 /// Of any frame that means to move an object.
-GivenFrame healthy_frame(uint32_t object, const Vec3& place, const ServoFrame& servo) {
+GivenFrame healthy_frame(uint32_t object, const Vec3& place, const ServoFrame& servo,
+                         double mobility) {
   GivenFrame frame{};
   frame.t_ns = now_ns();
   GivenMotion motion{};
@@ -37,7 +39,7 @@ GivenFrame healthy_frame(uint32_t object, const Vec3& place, const ServoFrame& s
   motion.X_WO.p = place;
   motion.t_ns = servo.t_ns;
   motion.ticks[0] = servo.tick;
-  for (size_t i = 0; i < 3; ++i) motion.mobility[7 * i] = kMobility;
+  for (size_t i = 0; i < 3; ++i) motion.mobility[7 * i] = mobility;
   frame.moves.push_back(motion);
   return frame;
 }
@@ -103,16 +105,18 @@ void write_garbage(SegmentWriter<ClientChannels>& segment, std::mt19937_64& rand
 
 class FaultyGiver {
  public:
-  FaultyGiver(const std::string& session, const std::string& client, const Vec3& place, bool floods)
+  FaultyGiver(const std::string& session, const std::string& client, const Vec3& place,
+              std::string_view how)
       : place_(place),
-        gives_all_(floods),
-        fault_(floods ? GiverFault::kFlood : GiverFault::kHealthy),
+        mobility_(how == "still" ? 0 : kMobility),
+        gives_all_(how == "flood"),
+        fault_(gives_all_ ? GiverFault::kFlood : GiverFault::kHealthy),
         attachments_(connect_session(session)),
         servo_(attachments_.ring<&ServoChannels::frames>(Start::kNewest)),
         seat_(ask_to_give(session, client)),
         segment_(seat_.place.generation, seat_.place.client) {
     attachments_.start();
-    offer_to_give(seat_, segment_.fd());
+    offer_to_give(seat_, segment_spec<ClientChannels>(seat_.place.client), segment_.fd());
     segment_.set_state(SegmentState::kRun);
   }
 
@@ -135,7 +139,8 @@ class FaultyGiver {
 
  private:
   void publish(uint64_t n) {
-    GivenFrame frame = healthy_frame(seat_.place.moves.at(0).index, place_, servo_frame_);
+    GivenFrame frame =
+        healthy_frame(seat_.place.moves.at(0).index, place_, servo_frame_, mobility_);
     frame.seq = ++seq_;
     tell_lie(fault_, n, frame);
     if (gives_all_) add_all(frame, n);
@@ -145,6 +150,7 @@ class FaultyGiver {
   }
 
   Vec3 place_;
+  double mobility_;
   bool gives_all_;
   GiverFault fault_;
   Attachments attachments_;
@@ -160,14 +166,17 @@ class FaultyGiver {
 }  // namespace haptic
 
 int main(int argc, char** argv) try {
-  const bool floods = argc == 7 && std::string_view(argv[6]) == "flood";
-  if (argc != 6 && !floods) {
-    std::fputs("haptic-faulty-giver: give SESSION CLIENT X Y Z [flood]\n", stderr);
+  const std::string_view how = argc == 7 ? argv[6] : "";
+  if (argc != 6 && how != "flood" && how != "still") {
+    std::fputs("haptic-faulty-giver: give SESSION CLIENT X Y Z [flood|still]\n", stderr);
     return 2;
   }
   haptic::catch_orders();
+  if (how == "still") {
+    haptic::enter_realtime({.fifo_priority = haptic::kRecorderPriority, .lock_memory = false});
+  }
   const haptic::Vec3 place{std::atof(argv[3]), std::atof(argv[4]), std::atof(argv[5])};
-  haptic::FaultyGiver(argv[1], argv[2], place, floods).run();
+  haptic::FaultyGiver(argv[1], argv[2], place, how).run();
 } catch (const std::exception& error) {
   return std::fprintf(stderr, "haptic-faulty-giver: %s\n", error.what()), 1;
 }
