@@ -115,6 +115,11 @@ void Lockstep::give(uint32_t client, const GivenFrame& given) {
 
 void Lockstep::leave(uint32_t client) {
   set_giving(sim_model_.given, sim_state_.given, client, 0);
+  for (size_t k = 0; k < contact_model_.given.clients.size(); ++k) {
+    if (contact_model_.given.clients[k].client == client) {
+      contact_state_->given.clients[k].heard.follow(0);
+    }
+  }
 }
 
 int64_t Lockstep::next_t_ns() const {

@@ -16,7 +16,7 @@ position = {place}
 constexpr const char* kClient = R"(
 [[client]]
 name = "{name}"
-may = ["move {name}"]
+may = ["move {name}", "push", "touch"]
 )";
 
 // the limits of safety alone are looked for

@@ -44,37 +44,6 @@ GivenFrame healthy_frame(uint32_t object, const Vec3& place, const ServoFrame& s
   return frame;
 }
 
-/// Puts a value in place of the n-th number of the statement.
-void spoil_number(GivenMotion& motion, size_t n, double value) {
-  constexpr size_t kFirst = offsetof(GivenMotion, X_WO) / 8,
-                   kEnd = offsetof(GivenMotion, object) / 8;
-  const size_t at = 8 * (kFirst + n % (kEnd - kFirst));
-  std::memcpy(reinterpret_cast<std::byte*>(&motion) + at, &value, sizeof value);
-}
-
-void tell_lie(GiverFault fault, uint64_t n, GivenFrame& frame) {
-  GivenMotion& motion = frame.moves[0];
-  switch (fault) {
-    case GiverFault::kNaN:
-      return spoil_number(motion, n, std::numeric_limits<double>::quiet_NaN());
-    case GiverFault::kHuge:
-      return spoil_number(motion, n, n % 2 == 0 ? 1e300 : -1e300);
-    case GiverFault::kUnturned:
-      motion.X_WO.q = {0, 0, 0, n % 2 == 0 ? 0 : 1 + 1e-3 * static_cast<double>(n)};
-      return;
-    case GiverFault::kBackwards:
-      frame.seq -= std::min(frame.seq, 3 * n);
-      frame.t_ns -= static_cast<int64_t>(n) * kPeriodNs;
-      motion.t_ns -= static_cast<int64_t>(n) * kPeriodNs;
-      motion.ticks[0] -= std::min(motion.ticks[0], 11 * n);
-      return;
-    case GiverFault::kFlood:  // half of its frames, as the dice fall
-    case GiverFault::kHealthy:
-    case GiverFault::kGarbage:
-      return;
-  }
-}
-
 /// A push of no force, and planes a metre below everything.
 void add_all(GivenFrame& frame, uint64_t n) {
   GivenWrench push{};
@@ -88,6 +57,42 @@ void add_all(GivenFrame& frame, uint64_t n) {
   for (uint64_t i = 0; i < n % (kMostGivenPlanes + 1); ++i) {
     plane.feature = i;
     frame.planes.push_back(plane);
+  }
+}
+
+/// Puts a value in place of the n-th number of a statement, and of the wrench and the first plane
+/// beside it.
+void spoil_number(GivenFrame& frame, size_t n, double value) {
+  const auto spoil = [&](auto& record, size_t first, size_t end) {
+    const size_t at = 8 * (first + n % (end - first));
+    std::memcpy(reinterpret_cast<std::byte*>(&record) + at, &value, sizeof value);
+  };
+  spoil(frame.moves[0], offsetof(GivenMotion, X_WO) / 8, offsetof(GivenMotion, object) / 8);
+  for (GivenWrench& push : frame.pushes) spoil(push, 0, offsetof(GivenWrench, hand) / 8);
+  if (!frame.planes.empty()) spoil(frame.planes[0], 0, offsetof(GivenPlane, feature) / 8);
+}
+
+void tell_lie(GiverFault fault, uint64_t n, GivenFrame& frame) {
+  GivenMotion& motion = frame.moves[0];
+  switch (fault) {
+    case GiverFault::kNaN:
+      return spoil_number(frame, n, std::numeric_limits<double>::quiet_NaN());
+    case GiverFault::kHuge:
+      return spoil_number(frame, n, n % 2 == 0 ? 1e300 : -1e300);
+    case GiverFault::kUnturned:
+      motion.X_WO.q = {0, 0, 0, n % 2 == 0 ? 0 : 1 + 1e-3 * static_cast<double>(n)};
+      for (GivenWrench& push : frame.pushes) push.wrench.X_WT.q = motion.X_WO.q;
+      return;
+    case GiverFault::kBackwards:
+      frame.seq -= std::min(frame.seq, 3 * n);
+      frame.t_ns -= static_cast<int64_t>(n) * kPeriodNs;
+      motion.t_ns -= static_cast<int64_t>(n) * kPeriodNs;
+      motion.ticks[0] -= std::min(motion.ticks[0], 11 * n);
+      return;
+    case GiverFault::kFlood:  // half of its frames, as the dice fall
+    case GiverFault::kHealthy:
+    case GiverFault::kGarbage:
+      return;
   }
 }
 
@@ -109,8 +114,7 @@ class FaultyGiver {
               std::string_view how)
       : place_(place),
         mobility_(how == "still" ? 0 : kMobility),
-        gives_all_(how == "flood"),
-        fault_(gives_all_ ? GiverFault::kFlood : GiverFault::kHealthy),
+        fault_(how == "flood" ? GiverFault::kFlood : GiverFault::kHealthy),
         attachments_(connect_session(session)),
         servo_(attachments_.ring<&ServoChannels::frames>(Start::kNewest)),
         seat_(ask_to_give(session, client)),
@@ -142,16 +146,15 @@ class FaultyGiver {
     GivenFrame frame =
         healthy_frame(seat_.place.moves.at(0).index, place_, servo_frame_, mobility_);
     frame.seq = ++seq_;
+    add_all(frame, n);
     tell_lie(fault_, n, frame);
-    if (gives_all_) add_all(frame, n);
-    if (fault_ == GiverFault::kFlood && random_() % 2 == 0) spoil_number(frame.moves[0], n, 1e300);
+    if (fault_ == GiverFault::kFlood && random_() % 2 == 0) spoil_number(frame, n, 1e300);
     segment_.channels().frames.publish(frame);
     segment_.beat(seq_, now_ns());
   }
 
   Vec3 place_;
   double mobility_;
-  bool gives_all_;
   GiverFault fault_;
   Attachments attachments_;
   RingSource<&ServoChannels::frames> servo_;

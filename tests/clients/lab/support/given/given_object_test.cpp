@@ -136,16 +136,22 @@ TEST_CASE("given object: what the hand gives is what its client's body has, whoe
   Pushed pushed(given_box(800), hand);
   Lockstep& lockstep = pushed.lockstep;
   GivenClientBody client(world, {}, 0, kPlace);
-  double given = 0;
+  double given = 0, most_moved = 0;
+  GivenFrame waiting{};
   int64_t t_ns = kBeginNs;
   for (int n = 0; n < 1500; ++n, t_ns += kMs) {
     if (n == 700 && kill > 0) lockstep.stop_sim();
     if (n == 700 + kill && kill > 0) lockstep.restart_sim();
     if (n == 720 && kills_contact) lockstep.restart_contact();
-    if (n > 0 && n % 10 == 0) lockstep.give(0, client.frame(lockstep.frame(), t_ns));
+    // sim has seen the tick that it has used a step later
+    if (n > 1 && n % 10 == 1) lockstep.give(0, waiting);
+    if (n > 0 && n % 10 == 0) waiting = client.frame(lockstep.frame(), t_ns);
     REQUIRE(lockstep.step());
     given -= 1e-3 * lockstep.frame().F_coupling_W.f.x;
+    most_moved = std::max(most_moved, lockstep.scene().objects[0].X_WO.p.x - kPlace.x);
   }
+  CHECK(lockstep.scene().givers[0].refused == 0);
+  CHECK(most_moved > 1e-3);
   client.frame(lockstep.frame(), t_ns);
   const double has = world.mass * client.body.v;
   const double forgotten = lockstep.frame().forgotten_impulse_W.x;
