@@ -301,6 +301,29 @@ HAPTICD_API hapticd_result hapticd_giver_touch(hapticd_giver* giver, const hapti
 // Publishes what has been said since the last time; wrenches and planes not said again are gone.
 HAPTICD_API hapticd_result hapticd_giver_publish(hapticd_giver* giver);
 
+// A dot and a line that viewers draw, as `hapt view`. They come in arrays and keep their sizes.
+typedef struct hapticd_point {
+  double p[3];      // [m] in W
+  double radius;    // [m]
+  uint32_t colour;  // 0xRRGGBB
+  uint32_t reserved;
+} hapticd_point;
+
+typedef struct hapticd_line {
+  double from[3];  // [m] in W
+  double to[3];
+  uint32_t colour;  // 0xRRGGBB
+  uint32_t reserved;
+} hapticd_line;
+
+// Shows these in place of what was shown last, at most 200,000 points and 20,000 lines; an array of
+// none may be NULL. HAPTICD_NOTHING: nothing was drawn, for it is too soon after the last: 60
+// drawings are shown in a second, 5 where one has more than 20,000 points or 2,000 lines. Viewers
+// alone see it; the [[client]] has may = ["draw"]. It goes when the giver is closed.
+HAPTICD_API hapticd_result hapticd_giver_draw(hapticd_giver* giver, const hapticd_point* points,
+                                              size_t n_points, const hapticd_line* lines,
+                                              size_t n_lines);
+
 // Sleeps; C99 alone cannot.
 HAPTICD_API void hapticd_sleep(double seconds);
 

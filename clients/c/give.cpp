@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // C: a client that gives.
 #include <cmath>
+#include <optional>
 #include <span>
 #include <type_traits>
+#include <vector>
 
 #include "clients/c/calls.h"
+#include "clients/library/drawer.h"
 #include "clients/library/giver.h"
 #include "proto/ipc/sessions.h"
 
@@ -32,6 +35,9 @@ struct hapticd_giver : Handle {
 
   Client client;
   Giver giver;
+  std::optional<Drawer> drawer;  // once it has drawn
+  std::vector<DrawnPoint> points;
+  std::vector<DrawnLine> lines;
 };
 
 namespace {
@@ -129,6 +135,14 @@ GivenPlane checked_plane(const hapticd_plane& given) {
 
 static_assert(HAPTICD_WORLD == kNoObject);
 
+template <typename To, typename From>
+void copy_all(const From* from, size_t n, size_t most, std::vector<To>& to) {
+  if (n > 0) check_given(from);
+  // one more than may be is refused by its number
+  to.resize(std::min(n, most + 1));
+  for (size_t i = 0; i < to.size(); ++i) copy(from[i], to[i]);
+}
+
 }  // namespace
 
 hapticd_result hapticd_give(hapticd_session* session, const char* name, hapticd_giver** giver) {
@@ -216,5 +230,26 @@ hapticd_result hapticd_giver_publish(hapticd_giver* giver) {
   return with(giver, [&] {
     giver->giver.publish();
     return giver->state();
+  });
+}
+
+hapticd_result hapticd_giver_draw(hapticd_giver* giver, const hapticd_point* points,
+                                  size_t n_points, const hapticd_line* lines, size_t n_lines) {
+  return with(giver, [&] {
+    copy_all(points, n_points, kMostDrawnPoints, giver->points);
+    copy_all(lines, n_lines, kMostDrawnLines, giver->lines);
+    try {
+      check_drawing(giver->points, giver->lines);
+    } catch (const MessageError& error) {
+      throw BadArgument(error.what());
+    }
+    try {
+      if (!giver->drawer) giver->drawer.emplace(giver->giver.seat());
+    } catch (const HandoutError& error) {
+      throw Failure(HAPTICD_REFUSED, error.what());
+    }
+    const bool is_shown = giver->drawer->draw(giver->points, giver->lines);
+    const hapticd_result state = giver->state();
+    return is_shown || state != HAPTICD_OK ? state : HAPTICD_NOTHING;
   });
 }

@@ -4,14 +4,12 @@
 #include <fcntl.h>
 #include <linux/magic.h>
 #include <poll.h>
-#include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/vfs.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <utility>
 
@@ -33,7 +31,8 @@ namespace {
 constexpr int kPatienceMs = 5000;          // of a client for an answer [ms]
 constexpr int64_t kRetryNs = 250'000'000;  // where its name was used just now [ns]
 constexpr int kMostAttempts = 5;           // together more than the second that hapticd asks for
-// of a client, which hapticd maps in a turn of its loop [bytes]
+constexpr int64_t kBlockBytes = 512;       // of stat::st_blocks, whatever the file system
+// of a client, of which readers map all pages [bytes]
 constexpr size_t kLargestGiven = size_t{32} << 20;
 constexpr std::string_view kPlace = "place ", kTaken = "ok";
 
@@ -133,13 +132,10 @@ void check_given_segment(int fd, const SegmentSpec& spec, uint64_t generation) {
                                         " bytes of this version; build it from the same source");
   }
   // a page that is not there would be made when a reader first touches it, and may then be lacking
-  void* memory = mmap(nullptr, spec.total_bytes, PROT_READ, MAP_SHARED, fd, 0);
-  if (memory == MAP_FAILED) refuse(SegmentFault::kSystem, std::strerror(errno));
-  const bool is_there = madvise(memory, spec.total_bytes, MADV_POPULATE_READ) == 0;
-  const int error = errno;
-  munmap(memory, spec.total_bytes);
-  if (!is_there) refuse(SegmentFault::kSystem, std::strerror(error));
-  const SegmentMapping mapping(reopen_read_only(fd), spec);
+  if (std::cmp_less(status.st_blocks * kBlockBytes, spec.total_bytes)) {
+    refuse(SegmentFault::kTooShort, "has pages that were never written; fill it with zeros");
+  }
+  const SegmentMapping mapping(reopen_read_only(fd), spec, {.populate = false});
   if (mapping.generation() != generation) {
     refuse(SegmentFault::kWrongKind, "has another generation than it was told");
   }

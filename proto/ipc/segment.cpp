@@ -171,7 +171,9 @@ SegmentMapping::SegmentMapping(FileDescriptor fd, const SegmentSpec& spec,
   check.check_header(header());
   generation_ = header().generation.load(std::memory_order_relaxed);
   // only now: what is refused costs no memory
-  madvise(region_.get_address(), region_.get_size(), MADV_POPULATE_READ);
+  if (options.populate) {
+    madvise(region_.get_address(), region_.get_size(), MADV_POPULATE_READ);
+  }
   if (options.lock_memory) mlock(memory(), spec.total_bytes);
 }
 

@@ -234,6 +234,7 @@ class SegmentWriter {
 struct ViewOptions {
   int64_t ready_timeout_ns = 0;  // longest wait for the magic number
   bool lock_memory = false;      // mlock it; a refusal is no error
+  bool populate = true;          // map all pages at once
 };
 
 /// A checked, read-only, prefaulted mapping of a segment.

@@ -14,45 +14,45 @@ namespace {
 constexpr int kMostPiecesAtOnce = 16;
 constexpr std::string_view kMagic = "HAPTDRW1";
 
-template <typename T>
-void append_raw(std::string& bytes, std::initializer_list<T> values) {
-  for (const T value : values) {
-    std::array<char, sizeof value> raw;
-    std::memcpy(raw.data(), &value, sizeof value);
-    bytes.append(raw.data(), raw.size());
+/// Bytes written one after the other, where there is room for them.
+struct ByteWriter {
+  char* at;
+
+  template <typename... T>
+  void put(T... values) {
+    ((std::memcpy(at, &values, sizeof values), at += sizeof values), ...);
   }
-}
-
-void append_place(std::string& bytes, const Vec3& p) {
-  append_raw(bytes, {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
-}
-
-void append_colour(std::string& bytes, uint32_t colour) {
-  constexpr uint8_t kOpaque = 255;
-  append_raw(bytes, {static_cast<uint8_t>(colour >> 16), static_cast<uint8_t>(colour >> 8),
-                     static_cast<uint8_t>(colour), kOpaque});
-}
+  void put_place(const Vec3& p) {
+    put(static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z));
+  }
+  void put_colour(uint32_t colour) {
+    constexpr uint8_t kOpaque = 255;
+    put(static_cast<uint8_t>(colour >> 16), static_cast<uint8_t>(colour >> 8),
+        static_cast<uint8_t>(colour), kOpaque);
+  }
+};
 
 }  // namespace
 
 std::string drawing_bytes(const Drawing& drawing) {
+  const size_t n_points = drawing.points.size(), n_lines = drawing.lines.size();
   constexpr size_t kHeader = 16, kPoint = 4 * sizeof(float) + 4, kLine = 6 * sizeof(float) + 8;
-  std::string bytes(kMagic);
-  bytes.reserve(kHeader + drawing.points.size() * kPoint + drawing.lines.size() * kLine);
-  append_raw(bytes, {static_cast<uint32_t>(drawing.points.size()),
-                     static_cast<uint32_t>(drawing.lines.size())});
+  std::string bytes(kHeader + n_points * kPoint + n_lines * kLine, '\0');
+  kMagic.copy(bytes.data(), kMagic.size());
+  ByteWriter out{bytes.data() + kMagic.size()};
+  out.put(static_cast<uint32_t>(n_points), static_cast<uint32_t>(n_lines));
   for (const DrawnPoint& point : drawing.points) {
-    append_place(bytes, point.p_W);
-    append_raw(bytes, {static_cast<float>(point.radius)});
+    out.put_place(point.p_W);
+    out.put(static_cast<float>(point.radius));
   }
   for (const DrawnLine& line : drawing.lines) {
-    append_place(bytes, line.from_W);
-    append_place(bytes, line.to_W);
+    out.put_place(line.from_W);
+    out.put_place(line.to_W);
   }
-  for (const DrawnPoint& point : drawing.points) append_colour(bytes, point.colour);
+  for (const DrawnPoint& point : drawing.points) out.put_colour(point.colour);
   for (const DrawnLine& line : drawing.lines) {
-    append_colour(bytes, line.colour);
-    append_colour(bytes, line.colour);
+    out.put_colour(line.colour);
+    out.put_colour(line.colour);
   }
   return bytes;
 }

@@ -3,6 +3,7 @@
 // configs/plane.toml, the second of configs/give.toml; live.sh starts them and kills the first.
 #include <hapticd/client_c.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "check.h"
@@ -147,6 +148,52 @@ static void check_control(hapticd_session* session) {
   CHECK(strstr(text, "[[object]]") != NULL);
 }
 
+// How often these bytes are in the memory that this process shows to viewers.
+static int n_drawn(const void* bytes, size_t size) {
+  FILE* maps = fopen("/proc/self/maps", "r");
+  char line[512];
+  int n = 0;
+  CHECK(maps != NULL);
+  while (fgets(line, sizeof line, maps) != NULL) {
+    unsigned long begin, end;
+    if (strstr(line, "draw0") == NULL || sscanf(line, "%lx-%lx", &begin, &end) != 2) continue;
+    for (const char* at = (const char*)begin; at + size <= (const char*)end; at += 8) {
+      n += memcmp(at, bytes, size) == 0;
+    }
+  }
+  fclose(maps);
+  return n;
+}
+
+static void check_draw(hapticd_giver* giver) {
+  static hapticd_point points[3000];
+  for (int i = 0; i < 3000; ++i) {
+    points[i] = (hapticd_point){{i, 2, 3}, 0.5, (uint32_t)i, 0};
+  }
+  const hapticd_line lines[2] = {{{1, 2, 3}, {4, 5, 6}, 0x102030, 0}, {{7, 8, 9}, {0, 0, 0}, 1, 0}};
+  CHECK(hapticd_giver_draw(NULL, points, 1, NULL, 0) == HAPTICD_BAD_ARGUMENT);
+  CHECK(hapticd_giver_draw(giver, NULL, 1, NULL, 0) == HAPTICD_BAD_ARGUMENT);
+  CHECK(hapticd_giver_draw(giver, points, 3000, lines, 2) == HAPTICD_BAD_ARGUMENT);
+  CHECK(strstr(hapticd_giver_message(giver), "point 1001 of a drawing cannot be shown") != NULL);
+  for (int i = 0; i < 3000; ++i) points[i].p[0] = 1e-3 * i;
+  CHECK(n_drawn(&points[2999], sizeof points[2999]) == 0);
+  CHECK(hapticd_giver_draw(giver, points, 3000, lines, 2) == HAPTICD_OK);
+  CHECK(n_drawn(&points[0], sizeof points[0]) == 1);
+  CHECK(n_drawn(&points[2999], sizeof points[2999]) == 1);
+  CHECK(n_drawn(&lines[1], sizeof lines[1]) == 1);
+  // a loop without a pause draws too often, and one that pauses does not
+  hapticd_result result = HAPTICD_OK;
+  for (int n = 0; n < 1000 && result == HAPTICD_OK; ++n) {
+    result = hapticd_giver_draw(giver, points, 1, NULL, 0);
+  }
+  CHECK(result == HAPTICD_NOTHING);
+  hapticd_sleep(0.1);
+  CHECK(hapticd_giver_draw(giver, NULL, 0, NULL, 0) == HAPTICD_OK);
+  static hapticd_point many[200001];
+  CHECK(hapticd_giver_draw(giver, many, 200001, NULL, 0) == HAPTICD_BAD_ARGUMENT);
+  CHECK(strstr(hapticd_giver_message(giver), "at most 200000 are shown") != NULL);
+}
+
 // A ball on a spring, which the hand pushes; it is where sim says it is.
 static void check_give(hapticd_session* session) {
   hapticd_giver* giver;
@@ -215,6 +262,8 @@ static void check_give(hapticd_session* session) {
   CHECK(hapticd_giver_move(giver, &longer.known) == HAPTICD_OK);
   longer.newer = 1;
   CHECK(hapticd_giver_move(giver, &longer.known) == HAPTICD_BAD_ARGUMENT);
+
+  check_draw(giver);
 
   // the frames and the giver live on without the session; told to stop, hapticd has ended
   CHECK(hapticd_say(session, "stop", NULL) == HAPTICD_OK);

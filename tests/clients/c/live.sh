@@ -15,7 +15,8 @@ finish() {
 trap finish EXIT
 
 start() {
-  "$bin/hapticd" "$source/configs/$1.toml" 2>"$work/$1.log" &
+  sed 's/may = \["move ball"\]/may = ["move ball", "draw"]/' "$source/configs/$1.toml" >"$work/$1.toml"
+  "$bin/hapticd" "$work/$1.toml" 2>"$work/$1.log" &
   pid[$1]=$!
 }
 wait_until_up() {

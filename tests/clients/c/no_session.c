@@ -76,6 +76,7 @@ static void check_giver_of_null(void) {
   CHECK(hapticd_giver_pushed(NULL, 0, NULL) == HAPTICD_BAD_ARGUMENT);
   CHECK(hapticd_giver_move(NULL, NULL) == HAPTICD_BAD_ARGUMENT);
   CHECK(hapticd_giver_publish(NULL) == HAPTICD_BAD_ARGUMENT);
+  CHECK(hapticd_giver_draw(NULL, NULL, 0, NULL, 0) == HAPTICD_BAD_ARGUMENT);
   CHECK(strcmp(hapticd_giver_message(NULL), hapticd_message()) == 0);
   hapticd_giver_close(NULL);
 }

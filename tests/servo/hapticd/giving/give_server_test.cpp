@@ -85,7 +85,7 @@ FileDescriptor spoiled(const std::function<void(SegmentHeader&)>& spoil, int sea
   const SegmentSpec spec = segment_spec<ClientChannels>(0);
   FileDescriptor fd(memfd_create("x", MFD_CLOEXEC | MFD_ALLOW_SEALING | flags));
   const auto size = static_cast<off_t>(static_cast<ptrdiff_t>(spec.total_bytes) + longer);
-  if (!fd.is_open() || ftruncate(fd.get(), size) != 0) return {};
+  if (!fd.is_open() || posix_fallocate(fd.get(), 0, size) != 0) return {};
   const SegmentWriter<ClientChannels> right(1, 0);
   SegmentHeader* header = static_cast<SegmentHeader*>(
       mmap(nullptr, sizeof(SegmentHeader), PROT_READ | PROT_WRITE, MAP_SHARED, fd.get(), 0));
@@ -252,6 +252,12 @@ TEST_CASE("give: a segment that could harm its readers is refused") {
   CHECK(refused([](SegmentHeader& h) { h.generation = 2; }));
   CHECK(refused([](SegmentHeader& h) { h.total_bytes = 7; }));
   CHECK(refused([](SegmentHeader& h) { h.clock_id = 0; }));
+  // a page that is not there
+  const FileDescriptor holed = spoiled([](SegmentHeader&) {}, 0);
+  REQUIRE(fallocate(holed.get(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, 1 << 19, 4096) == 0);
+  REQUIRE(fcntl(holed.get(), F_ADD_SEALS, kAllSeals) == 0);
+  CHECK(why_refused(holed) ==
+        "the segment of a client has pages that were never written; fill it with zeros");
   // a file that is none, one that anybody may write, and huge pages where the kernel has some
   int ends[2];
   REQUIRE(pipe(ends) == 0);
