@@ -16,7 +16,7 @@ namespace haptic {
 
 GivenPlayer::Seat::Seat(GiveSeat taken)
     : seat(std::move(taken)), segment(seat.place.generation, seat.place.client) {
-  offer_to_give(seat, segment.fd());
+  offer_to_give(seat, segment_spec<ClientChannels>(seat.place.client), segment.fd());
   segment.set_state(SegmentState::kRun);
 }
 
