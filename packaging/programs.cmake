@@ -3,7 +3,8 @@
 # links in bin.
 set(hapticd COMPONENT hapticd)
 set(programs ${CMAKE_INSTALL_LIBEXECDIR}/hapticd)
-install(TARGETS hapt haptic-view hapticd haptic-contact haptic-servo haptic-sim haptic-emulator
+install(TARGETS hapt haptic-view hapticd haptic-contact haptic-servo haptic-sim haptic-lockstep
+  haptic-emulator
   DESTINATION ${programs} ${hapticd})
 install(PROGRAMS fetch-meshes DESTINATION ${programs} ${hapticd})
 file(RELATIVE_PATH from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_PREFIX}/${programs})

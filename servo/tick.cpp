@@ -143,7 +143,11 @@ Coupling ramp_coupling(CouplingRamp& ramp, const Coupling& wanted, double dt) {
 
 bool is_sound(const DeviceState& device) {
   constexpr double kUnit = 1e-3;
-  return is_finite(device.X_BH) && is_finite(device.V_BH) &&
+  // beyond the longest length of a session file a box tree tells no two triangles apart, and one
+  // query tests all pairs exactly
+  constexpr double kFar = 1e6;  // [m], [m/s], [rad/s]
+  return is_finite(device.X_BH) && is_finite(device.V_BH) && norm(device.X_BH.p) < kFar &&
+         norm(device.V_BH.v) < kFar && norm(device.V_BH.w) < kFar &&
          std::fabs(dot(device.X_BH.q, device.X_BH.q) - 1) < kUnit;
 }
 

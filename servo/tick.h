@@ -158,7 +158,8 @@ struct Outcome {
 /// coupling then in force to `wanted`.
 Coupling ramp_coupling(CouplingRamp& ramp, const Coupling& wanted, double dt);
 
-/// True if all numbers of the pose and the velocity are finite and the orientation is a rotation.
+/// True if all numbers of the pose and the velocity are finite, and less than 1e6 in SI units, and
+/// the orientation is a rotation.
 bool is_sound(const DeviceState& device);
 
 /// True if a force may follow from where the device says it is: it answers and is homed.

@@ -74,13 +74,12 @@ class Step:
 
 
 def _end(process: "subprocess.Popen[bytes]", folder: str, pid: int) -> None:
-    if os.getpid() != pid:
-        return  # a child by fork() does not end its parent's session
-    process.kill()
-    process.wait()
+    if os.getpid() == pid:  # a child by fork() does not end its parent's session
+        process.kill()
+        process.wait()
+        shutil.rmtree(folder, ignore_errors=True)
     for pipe in filter(None, (process.stdin, process.stdout)):
         pipe.close()
-    shutil.rmtree(folder, ignore_errors=True)
 
 
 class _Program:

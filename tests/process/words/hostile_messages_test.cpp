@@ -68,6 +68,8 @@ const std::vector<std::string> kLines{
     "haptic-contact --config-fd @",
     "haptic-sim --config-fd 0 --control-fd 0 --generation @",
     "bash -c 'exec -a \"$0\" haptic-sim' @",
+    "haptic-lockstep @",
+    "haptic-lockstep plane.toml --renderer @",
     "haptic-emulator --hand @",
     "haptic-emulator --@",
     "haptic-emulator --link @/x/y",
