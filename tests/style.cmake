@@ -100,7 +100,7 @@ foreach(source IN LISTS sources)
   endif()
 endforeach()
 
-foreach(script IN ITEMS run .ci/run packaging/fetch-meshes packaging/fresh)
+foreach(script IN ITEMS run .ci/run packaging/cross packaging/fetch-meshes packaging/fresh)
   if(EXISTS ${ROOT}/${script})
     check_lines(${script})
   endif()

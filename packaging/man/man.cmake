@@ -11,6 +11,7 @@ if(SCDOC AND NOT HAPTIC_SANITIZE)
     add_custom_command(OUTPUT ${gz} VERBATIM
       COMMAND bash -c "set -o pipefail; \"$@\" | gzip -9n >${gz}" page
         ${man}/page.sh ${CMAKE_RUNTIME_OUTPUT_DIRECTORY} ${PROJECT_VERSION} ${man}/${page}.scd
+        ${CMAKE_CROSSCOMPILING_EMULATOR}
       DEPENDS hapt ${asked} haptic-view hapticd haptic-emulator ${PROJECT_SOURCE_DIR}/docs/config.md
         ${man}/page.sh ${man}/options.awk ${man}/keys.sed ${man}/${page}.scd)
     list(APPEND pages ${gz})

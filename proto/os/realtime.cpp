@@ -28,7 +28,7 @@ constexpr size_t kStackBytes = size_t{4096} * 1024;
 constexpr rlim_t kRunawayLimitUs = 2'000'000;
 constexpr size_t kStackBytes = size_t{512} * 1024;
 #endif
-constexpr size_t kPage = 4096;  // [bytes], of x86-64 and ARM64
+constexpr size_t kPage = 4096;  // [bytes], the smallest of x86-64 and ARM64
 
 bool has_ipc_lock() noexcept {
   __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
