@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// C: a client that gives.
+// C: a client that gives and draws.
 #include <cmath>
 #include <optional>
 #include <span>
