@@ -385,9 +385,9 @@ TEST_CASE("view: Foxglove clients get the newest record of what they subscribe t
   const auto messages = foxglove_messages(client, *view);
   REQUIRE(messages.size() == 1);
   // opcode, subscription, time, CDR header; then the record: its fields, and behind their number,
-  // aligned to eight bytes, the pushes
+  // aligned to eight bytes, the pushes; then the number of clients that are felt, none
   constexpr size_t kFields = kParts<ServoFrame>[0].offset;
-  REQUIRE(messages[0].size() == 1 + 4 + 8 + 4 + kFields + 8 + sizeof(ObjectPush));
+  REQUIRE(messages[0].size() == 1 + 4 + 8 + 4 + kFields + 8 + sizeof(ObjectPush) + 4);
   CHECK(messages[0][0] == 1);
   CHECK(messages[0][1] == 9);
   CHECK(messages[0].substr(13, 4) == std::string("\0\1\0\0", 4));  // CDR, little endian

@@ -57,7 +57,7 @@ TEST_CASE("give: a ball that a program integrates is felt, and its end is a fade
     CHECK(session.is_let_go());
     const std::string status = session.status();
     INFO(status);
-    CHECK(has(status, is_killed ? "'ball' is not there" : "late: what it moves is not felt"));
+    CHECK(has(status, is_killed ? "'ball' is not there" : "late: what it gives is not felt"));
     if (!is_killed) {
       ball.send(SIGCONT);
       CHECK(session.is_felt());
@@ -96,7 +96,7 @@ TEST_CASE("give: a client whose numbers are none is refused with a word, and nob
   }));
   CHECK(eventually([&] {
     spoilt([](GivenMotion& m) { m.object = 17; });
-    return has(session.status(), "refused: it moves an object that it may not");
+    return has(session.status(), "refused: it gives what it may not");
   }));
   CHECK(session.is_let_go());
   CHECK_THROWS_AS(Giver(client, "give", "bal"), HandoutError);

@@ -51,8 +51,7 @@ export const kContactFlags = [
   [2, "There are more contacts than can be sent.", "warn"],
   [3, "No free place was found for the tool: nothing is felt.", "bad"],
   [5, "This renderer lacks its tool or its maps in this session.", "bad"],
-  [6, "A client's force is part of what is felt.", "note"],
-  [7, "A field's force is part of what is felt.", "note"],
+  [6, "A client's wrench or planes are part of what is felt.", "note"],
 ];
 
 // flags is a float64 with an integer below 2³²; & would take the sign from bit 31
