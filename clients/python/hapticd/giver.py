@@ -307,7 +307,8 @@ class Giver(Closing):
         plane["extent"] = _not_negative("extent", extent, "m")
         plane["stiffness"] = _not_negative("stiffness", stiffness, "N/m")
         plane["feature"] = feature
-        plane["object"] = _IN_WORLD if obj is None else getattr(obj, "index", obj)
+        index = obj.index if isinstance(obj, GivenObject) else obj
+        plane["object"] = _IN_WORLD if index is None else index
         plane["hand"] = hand
         self._open().touch(np.frombuffer(plane.tobytes(), np.uint8))
 
