@@ -13,11 +13,14 @@ namespace haptic {
 inline constexpr uint32_t kMostSurfaces = 16;
 inline constexpr uint32_t kMostPlaced = kMaxObjects + kMostSurfaces;
 
-/// A value for each object of a scene and each such surface. It allocates nothing, never throws,
-/// and costs what the scene has.
-template <typename T>
-using PerObject = boost::container::static_vector<
-    T, kMostPlaced,
+/// A list of at most kMost values, which allocates nothing, never throws, and costs what it holds.
+template <typename T, size_t kMost>
+using UpTo = boost::container::static_vector<
+    T, kMost,
     boost::container::static_vector_options_t<boost::container::throw_on_overflow<false>>>;
+
+/// A value for each object of a scene and each such surface.
+template <typename T>
+using PerObject = UpTo<T, kMostPlaced>;
 
 }  // namespace haptic

@@ -51,7 +51,7 @@ struct TickScene {
   double held_share = 1;        // of its weight that is left to its soft contacts
   // behind the objects in X_WO and V_WO: the planes of a client on an object are a surface of their
   // own, so that what it pushes is known of each client
-  boost::container::static_vector<PlacedSurface, kMostSurfaces> surfaces;
+  UpTo<PlacedSurface, kMostSurfaces> surfaces;
 
   size_t n_objects() const { return X_WO.size() - surfaces.size(); }
   /// The object that a placed body is, or that a surface is on; kNoObject: the world.

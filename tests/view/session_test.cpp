@@ -350,9 +350,9 @@ TEST_CASE("hapt view: Foxglove clients of both names get records") {
     for (int i = 0; i < 10; ++i) {
       const Message m = client.message();
       REQUIRE(m.opcode == kBinary);
-      // no object can be pushed away: its list at the end is empty
+      // no object can be pushed away, and no client is felt: the two lists at the end are empty
       constexpr size_t kFields = kParts<ServoFrame>[0].offset;
-      REQUIRE(m.bytes.size() == 17 + kFields + 4);
+      REQUIRE(m.bytes.size() == 17 + kFields + 4 + 4);
       CHECK(m.bytes[0] == 1);
       CHECK(m.bytes[1] == 77);
       ServoFrame record{};
