@@ -117,12 +117,14 @@ FrictionStep CoulombSolver::step(const MotionMetric& metric, const Twist& v_free
          out.solves < max_solves) {
     ++out.iterations;
     // early rounds need no more accurate cones than their own error
-    motion = solve_cones(asked, std::clamp(kRounder * moved, kWanted, kRounder), out);
+    const double rounder = std::clamp(kRounder * moved, kWanted, kRounder);
+    motion = solve_cones(asked, rounder, out);
     const Vec6 y = coordinates(metric, asked);
     const Vec6 residual = difference(coordinates(metric, motion.a), y);
     const double before = moved;
     moved = norm(residual) / size;
-    out.converged = motion.converged && settled(moved, before, kWanted);
+    // where nothing changes, cones this inaccurate hide that it would
+    out.converged = motion.converged && settled(moved, before, kWanted) && rounder <= kWanted;
     asked = motion_of(metric, broyden.next(y, residual));
   }
   if (!out.converged) motion = solve_cones({}, kWanted, out);

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "proto/math/qp.h"
+#include "proto/math/units.h"
 #include "tests/support/contact_rows.h"
 #include "tests/support/near.h"
 #include "tests/support/torture_scale.h"
@@ -15,7 +16,8 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kAgree = 1e-8;  // relative difference of the three methods
+constexpr double kAgree = 1e-8;    // relative difference of the three methods
+constexpr double kGravity = 9.81;  // [m/s²]
 
 const Mat6 kUnitCube = mass_matrix(1, 1.0 / 6 * Mat3{});
 
@@ -67,9 +69,9 @@ TEST_CASE("lcp: a box on four corners is carried by m g h", "[math]") {
   const Mat6 M = 2.5 * kUnitCube;
   const LcpMethod method = GENERATE(LcpMethod::kPivoting, LcpMethod::kGaussSeidel);
   const ImpulseStep out =
-      solver.step(method, factor_metric(M), {{0, 0, -kG * kH}, {}}, corners(0), 2000);
+      solver.step(method, factor_metric(M), {{0, 0, -kGravity * kTick}, {}}, corners(0), 2000);
   CHECK(out.converged);
-  CHECK(sum(out.lambda) == Approx(2.5 * kG * kH).epsilon(1e-9));
+  CHECK(sum(out.lambda) == Approx(2.5 * kGravity * kTick).epsilon(1e-9));
   CHECK_THAT(out.v.v, IsNear({}, 1e-12));
   CHECK_THAT(out.v.w, IsNear({}, 1e-12));
 }
@@ -78,10 +80,10 @@ TEST_CASE("lcp: a falling box comes as far as the gap", "[math]") {
   LcpSolver solver(8);
   const Twist v_free{{0, 0, -1}, {}};
   const ImpulseStep out =
-      solver.step(LcpMethod::kPivoting, factor_metric(kUnitCube), v_free, corners(-2e-4 / kH));
+      solver.step(LcpMethod::kPivoting, factor_metric(kUnitCube), v_free, corners(-2e-4 / kTick));
   CHECK_THAT(out.v.v, IsNear({0, 0, -0.2}, 1e-14));
   const ImpulseStep far =
-      solver.step(LcpMethod::kPivoting, factor_metric(kUnitCube), v_free, corners(-1e-2 / kH));
+      solver.step(LcpMethod::kPivoting, factor_metric(kUnitCube), v_free, corners(-1e-2 / kTick));
   CHECK(far.v == v_free);
   CHECK(sum(far.lambda) == 0);
 }
@@ -98,7 +100,7 @@ TEST_CASE("lcp: a stack of three boxes, four contacts each", "[math][trap]") {
   std::array<double, kRows * kRows> A{};
   std::array<double, kRows> b{};
   for (size_t i = 0; i < kRows; ++i) {
-    for (size_t k = 0; k < kBoxes; ++k) b[i] -= J[i][k] * kG * kH;
+    for (size_t k = 0; k < kBoxes; ++k) b[i] -= J[i][k] * kGravity * kTick;
     for (size_t j = 0; j < kRows; ++j) {
       for (size_t k = 0; k < kBoxes; ++k) A[i * kRows + j] += J[i][k] * J[j][k] / mass;
     }
@@ -111,7 +113,7 @@ TEST_CASE("lcp: a stack of three boxes, four contacts each", "[math][trap]") {
       double carried = 0;
       for (size_t i = level; i < kRows; i += kBoxes) carried += out.f[i];
       const double above = static_cast<double>(kBoxes - level);
-      CHECK(carried == Approx(above * mass * kG * kH).epsilon(1e-9));
+      CHECK(carried == Approx(above * mass * kGravity * kTick).epsilon(1e-9));
     }
     for (const double a : out.a) CHECK(std::fabs(a) <= 1e-12);
   }
