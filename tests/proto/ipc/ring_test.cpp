@@ -329,7 +329,7 @@ TEMPLATE_TEST_CASE("ring: a slot with a wrong count, begin or length is refused 
   const auto out = std::make_unique<Item>(), before = std::make_unique<Item>();
   *out = {};
   uint64_t refused = 0, taken = 0;
-  const auto rounds = static_cast<size_t>(25'000 * test::torture_scale());
+  const auto rounds = static_cast<size_t>(10'000 * test::torture_scale());
   for (size_t round = 0; round < rounds; ++round) {
     const Counts<Item> counts = random_counts<Item>(random);
     const auto item = noisy<Item>(random(), counts);
