@@ -15,10 +15,10 @@ std::string program_path(const std::string& program);
 /// hapticd or another of these programs as a child process, stopped with SIGTERM.
 class SessionProcess {
  public:
-  /// Starts the program from the folder of this one (or $HAPTICD_LIBEXEC), or that of a full path. Its output is
-  /// appended to the file `output`, and Ctrl-C does not reach it; with an empty name it shares this
-  /// program's output and terminal. It is stopped when the calling thread ends, so that thread must
-  /// live as long as this process. Throws std::runtime_error.
+  /// Starts the program from the folder of this one (or $HAPTICD_LIBEXEC), or that of a full path.
+  /// Its output is appended to the file `output`, and Ctrl-C does not reach it; with an empty name
+  /// it shares this program's output and terminal. It is stopped when the calling thread ends, so
+  /// that thread must live as long as this process. Throws std::runtime_error.
   SessionProcess(const std::string& program, const std::vector<std::string>& arguments,
                  const std::string& output = "");
 

@@ -73,8 +73,8 @@ GivenTouchState begin_given_touch(const GivenTouchModel& model);
 void see_client(const GivenTouchModel& model, GivenTouchState& state, size_t k, uint64_t generation,
                 const GivenFrame& given, int64_t t_ns);
 
-/// Finds the weights of what is given at t_ns. A spare does it all along, so that nothing fades when
-/// its turn comes.
+/// Finds the weights of what is given at t_ns. A spare does it all along, so that nothing fades
+/// when its turn comes.
 void weigh_given(const GivenTouchModel& model, GivenTouchState& state, int64_t t_ns);
 
 /// Adds what is given to the answer to a frame of the servo, and what has been taken of the

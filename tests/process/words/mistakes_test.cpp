@@ -363,9 +363,8 @@ TEST_CASE("help: every program and command has an example, in lines of at most 8
 
 TEST_CASE("version: every program says its name, release and commit") {
   const test::TemporaryRuntimeFolder folder;
-  for (const std::string program :
-       {"hapt", "hapticd", "haptic-emulator", "haptic-servo", "haptic-contact", "haptic-sim",
-        "haptic-lockstep"}) {
+  for (const std::string program : {"hapt", "hapticd", "haptic-emulator", "haptic-servo",
+                                    "haptic-contact", "haptic-sim", "haptic-lockstep"}) {
     for (const std::string word : {"--version", "-V"}) {
       const Ran ran = test::shell(program + " " + word, folder.path());
       CAPTURE(ran.output);

@@ -148,7 +148,8 @@ TEST_CASE("faults: a hundred hold every kind, and the servo and hapticd six of t
   for (const FaultInfo& fault : all_faults()) {
     CHECK(&info_of(fault.kind) == &fault);
     CHECK(fault.share > 0);
-    // on top come those of torque, where the device has six motors, and those of who moves the block
+    // on top come those of torque, where the device has six motors, and those of who moves the
+    // block
     sum += fault.is_of_six || fault.is_of_given ? 0 : fault.share;
     const bool counts = fault.name.find("servo") == 0 || fault.name.find("hapticd") == 0;
     if (counts) servo_and_hapticd += fault.share;
