@@ -31,7 +31,7 @@ Outcome impedance_tick(const ServoModel& model, ServoState& state, const ServoIn
   out.tool = start.sample.usable ? tool_at(model, state, start.sample.device, state.X_WT)
                                  : Tool{state.X_WT, {}};
   out.X_WG = out.tool.X_WT;
-  if (state.started) note_work(model, way_between(state.X_WT, out.tool.X_WT), state.clients);
+  if (start.sample.usable) note_work(model, X_BH, state.clients);
   // contacts where the objects are now, as far as their age allows
   out.touch = touch_of(model, state, input, out.tool, state.coupling, start.age.weight);
 

@@ -78,7 +78,7 @@ ServoFrame settle(const ServoModel& model, ServoState& state, const ServoInput& 
   const Vec3 at_W = is_body ? (X_WP * inverse(model.map.X_HT)).p : X_WP.p;
   note_pushes(state.pushes, {input.scene, touch.scene, touch.rendered, at_W, outcome.safe.felt},
               model.dt);
-  keep_felt(touch.clients, outcome.safe.felt, state.clients);
+  keep_felt(model, start.sample.device.X_BH, touch.clients, outcome.safe.felt, state.clients);
   const ServoFrame frame = frame_of(model, state, input, start, outcome, flags);
   state.started = state.started || start.sample.usable;
   state.t_ns = input.t_ns;

@@ -69,6 +69,7 @@ struct ServoState {
   GraspState grasp;
   LightBodies light;
   FeltClientsState clients;
+  PlacedSurfaces surfaces;  // of clients, in the last tick
   Age age;
   Pace pace;
   BehindSince behind;

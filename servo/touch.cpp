@@ -15,7 +15,8 @@ constexpr size_t kMostOfSolver = 16 * 1024;  // [bytes]: the state of a servo st
 
 /// The objects in this tick: the newest scene carried on by twist and pushes, else where contact
 /// saw them.
-TickScene scene_of(const ServoState& state, const ServoInput& input, double weight) {
+TickScene scene_of(const ServoModel& model, ServoState& state, const ServoInput& input,
+                   double weight) {
   TickScene scene;
   scene.weight = weight;
   const PushCounters& pushes = state.pushes;
@@ -32,7 +33,8 @@ TickScene scene_of(const ServoState& state, const ServoInput& input, double weig
     scene.X_WO.push_back(input.contacts->objects[i].X_WO);
     scene.V_WO.push_back({});
   }
-  scene.place_surfaces(*input.contacts);
+  scene.place_surfaces(*input.contacts, state.surfaces);
+  for (PlacedSurface& s : scene.surfaces) s.share = share_of(model, state.clients, s.client);
   return scene;
 }
 
@@ -98,7 +100,7 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
   if (soften_towards_light(model, question, input.scene, rendered, state.light, shares)) {
     touch.flags |= kServoSoftened;
   }
-  keep_surfaces(model, state.clients, touch.scene, rendered, shares);
+  keep_surfaces(model, of_hand, rendered, shares);
   touch.clients = felt_of_clients(model, state.clients, of_hand, shares, rendered);
   keep(shares, touch.scene, rendered);
   return rendered;
@@ -116,7 +118,7 @@ Twist velocity_since(const ServoState& state, const Pose& X_WP, int64_t t_ns) {
 Touch touch_of(const ServoModel& model, ServoState& state, const ServoInput& input,
                const Tool& tool, const Coupling& coupling, double weight) {
   Touch touch;
-  touch.scene = scene_of(state, input, weight);
+  touch.scene = scene_of(model, state, input, weight);
   touch.coupling = coupling;
   touch.rendered = solve_proxy(model, state, input, tool, coupling, touch);
   Rendered& rendered = touch.rendered;

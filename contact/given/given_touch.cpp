@@ -223,8 +223,8 @@ void see_felt(const GivenTouchModel& model, GivenTouchState& state, const ServoF
     GivenTouchState::Client& known = state.clients[k];
     known.is_short = false;
     const auto felt = std::ranges::find(servo.felt, model.clients[k].client, &FeltClient::client);
-    if (is_anew) known.energy = 0;
     if (felt == servo.felt.end() || !std::isfinite(felt->energy)) continue;
+    if (is_anew) known.energy = felt->energy;
     known.power.add(felt->energy - known.energy, servo.t_ns);
     known.energy = felt->energy;
     known.is_short = felt->share < 0.5;
@@ -272,7 +272,7 @@ void see_client(const GivenTouchModel& model, GivenTouchState& state, size_t k, 
 
 void weigh_given(const GivenTouchModel& model, GivenTouchState& state, int64_t t_ns) {
   HAPTIC_ASSERT(state.clients.size() == model.clients.size());
-  constexpr double kLeastStep = 1e-6, kMostStep = 0.1;  // [s]
+  constexpr double kLeastStep = 1e-6, kMostStep = 0.01;  // [s]
   const double dt = std::clamp(seconds_of(t_ns - state.weighed_ns), kLeastStep, kMostStep);
   state.weighed_ns = t_ns;
   for (GivenTouchState::Client& known : state.clients) {

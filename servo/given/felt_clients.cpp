@@ -6,6 +6,7 @@
 
 #include "proto/math/assert.h"
 #include "proto/math/motion_metric.h"
+#include "proto/wire/mapping.h"
 #include "proto/wire/renderer.h"
 #include "servo/render/body_solver.h"
 
@@ -20,6 +21,11 @@ double rim_of(const ServoModel& model, const ContactSet& set) {
   if (!is_renderer(set.renderer) || !is_of_body(renderer)) return 0;
   const ToolBody& tool = tool_in_force(model, set);
   return norm(tool.centre_T) + tool.radius;
+}
+
+/// Of the torque that a client's force may make [m].
+double lever_of(const ServoModel& model, const ContactSet& set) {
+  return std::max(rim_of(model, set), kPointLever);
 }
 
 /// F0 + K δ − B V.
@@ -53,27 +59,34 @@ std::array<Wrench, kMostClients> planes_of(const TickScene& scene, const Rendere
 
 }  // namespace
 
-void note_work(const ServoModel& model, const Twist& way, FeltClientsState& state) {
-  // the hand is given so much at the handle of what the wrench does on the tool
-  const double at_handle = model.map.force_scale / model.map.motion_scale;
+void note_work(const ServoModel& model, const Pose& X_BH, FeltClientsState& state) {
+  const Twist way = state.X_BH ? way_between(*state.X_BH, X_BH) : Twist{};
   for (size_t c = 0; c < state.clients.size(); ++c) {
     FeltClientsState::Client& client = state.clients[c];
-    const double work = at_handle * dot(client.felt_W, way);
+    const double work = dot(client.felt_B, way);
     const double sound = std::isfinite(work) ? work : 0;
     client.bank.note(sound, model.dt, model.clients[c].max_power);
     client.energy += sound;
   }
 }
 
-void keep_surfaces(const ServoModel& model, const FeltClientsState& state, const TickScene& scene,
+double share_of(const ServoModel& model, const FeltClientsState& state, uint32_t client) {
+  return state.clients[client].bank.share(model.clients[client].max_power);
+}
+
+void keep_surfaces(const ServoModel& model, const RenderQuestion& question,
                    const Rendered& rendered, KeptShares& shares) {
+  const TickScene& scene = question.scene;
   const auto planes_W = planes_of(scene, rendered, shares);
+  const double lever = lever_of(model, question.contacts);
   for (size_t s = 0; s < scene.surfaces.size(); ++s) {
     const uint32_t c = scene.surfaces[s].client;
-    const ClientLimits& limits = model.clients[c];
-    const double force = norm(planes_W[c].f);
-    const double most = force > limits.max_force ? limits.max_force / force : 1;
-    shares[scene.n_objects() + s] *= most * state.clients[c].bank.share(limits.max_power);
+    const double most = model.clients[c].max_force;
+    const double force = norm(planes_W[c].f), torque = norm(planes_W[c].t);
+    double& share = shares[scene.n_objects() + s];
+    const double by_force = force > most ? most / force : 1;
+    const double by_torque = torque > most * lever ? most * lever / torque : 1;
+    share *= std::min(by_force, by_torque);
   }
 }
 
@@ -83,7 +96,7 @@ FeltOfClients felt_of_clients(const ServoModel& model, const FeltClientsState& s
   FeltOfClients out;
   out.of_client_W = planes_of(question.scene, rendered, shares);
   const double rim = rim_of(model, question.contacts);
-  const double lever = std::max(rim, kPointLever);
+  const double lever = lever_of(model, question.contacts);
   std::array<Wrench, kMostClients> wrench_W{};
   for (const AppliedWrench& applied : question.contacts.wrenches) {
     const uint32_t c = applied.giver - moved_by_client(0);
@@ -93,11 +106,11 @@ FeltOfClients felt_of_clients(const ServoModel& model, const FeltClientsState& s
   }
   for (size_t c = 0; c < kMostClients; ++c) {
     if (wrench_W[c] == Wrench{}) continue;
-    const ClientLimits& limits = model.clients[c];
-    const double left = limits.max_force - norm(out.of_client_W[c].f);
-    const double share = state.clients[c].bank.share(limits.max_power);
-    const Wrench felt_W{share * bounded(wrench_W[c].f, left),
-                        share * bounded(wrench_W[c].t, left * lever)};
+    const Wrench& planes_W = out.of_client_W[c];
+    const double most = model.clients[c].max_force;
+    const double share = share_of(model, state, static_cast<uint32_t>(c));
+    const Wrench felt_W{share * bounded(wrench_W[c].f, most - norm(planes_W.f)),
+                        share * bounded(wrench_W[c].t, most * lever - norm(planes_W.t))};
     out.finite &= is_finite(felt_W);
     out.of_client_W[c] = out.of_client_W[c] + felt_W;
     out.wrenches_W = out.wrenches_W + felt_W;
@@ -105,10 +118,17 @@ FeltOfClients felt_of_clients(const ServoModel& model, const FeltClientsState& s
   return out;
 }
 
-void keep_felt(const FeltOfClients& felt, const FeltShare& share, FeltClientsState& state) {
+void keep_felt(const ServoModel& model, const Pose& X_BH, const FeltOfClients& felt,
+               const FeltShare& share, FeltClientsState& state) {
+  state.X_BH = X_BH;
   for (size_t c = 0; c < kMostClients; ++c) {
     const Wrench& F_W = felt.of_client_W[c];
-    state.clients[c].felt_W = {share.force * F_W.f, share.torque * F_W.t};
+    Wrench& felt_B = state.clients[c].felt_B;
+    felt_B = {};
+    if (F_W == Wrench{}) continue;
+    const Wrench F_B = device_wrench(model.map, X_BH, F_W);
+    felt_B.f = share.force * F_B.f;
+    if (model.limits.max_torque > 0) felt_B.t = share.torque * F_B.t;
   }
 }
 
@@ -124,8 +144,7 @@ void note_felt(const ServoModel& model, const FeltClientsState& state, const Fel
   for (uint32_t c = 0; c < kMostClients; ++c) {
     if (!is_there[c]) continue;
     const FeltClientsState::Client& client = state.clients[c];
-    frame.felt.push_back(
-        {felt.of_client_W[c], client.energy, client.bank.share(model.clients[c].max_power), c, 0});
+    frame.felt.push_back({felt.of_client_W[c], client.energy, share_of(model, state, c), c, 0});
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "servo/given/energy_bank.h"
 #include "servo/render/kept_shares.h"
@@ -22,16 +23,22 @@ struct FeltClientsState {
   struct Client {
     EnergyBank bank;
     double energy = 0;  // given to the hand since start [J]
-    Wrench felt_W;      // of the last tick, as it was felt
+    Wrench felt_B;      // of the last tick at the handle, as it was felt
   };
   std::array<Client, kMostClients> clients;
+  std::optional<Pose> X_BH;  // of the last tick
 };
 
-/// Notes the work of the last tick's wrenches, which were held while the tool has gone this way.
-void note_work(const ServoModel& model, const Twist& way, FeltClientsState& state);
+/// Notes the work at the handle of the last tick's wrenches, which were held until now.
+void note_work(const ServoModel& model, const Pose& X_BH, FeltClientsState& state);
 
-/// Lowers the shares of the surfaces to what their clients may be felt with.
-void keep_surfaces(const ServoModel& model, const FeltClientsState& state, const TickScene& scene,
+/// The share that a client's bank lets through.
+double share_of(const ServoModel& model, const FeltClientsState& state, uint32_t client);
+
+/// Lowers the shares of the surfaces to what their clients' max_force allows, and a torque of that
+/// force at the rim of the tool. Their banks have eased the planes before they were met, so that
+/// nothing is squeezed between a plane that is not felt and a wall that is.
+void keep_surfaces(const ServoModel& model, const RenderQuestion& question,
                    const Rendered& rendered, KeptShares& shares);
 
 /// The wrenches of a set on the tool as the hand holds it, and what the planes push with (before
@@ -41,8 +48,9 @@ FeltOfClients felt_of_clients(const ServoModel& model, const FeltClientsState& s
                               const RenderQuestion& question, const KeptShares& shares,
                               const Rendered& rendered);
 
-/// Keeps what the hand has felt of them, by how safety has scaled force and torque.
-void keep_felt(const FeltOfClients& felt, const FeltShare& share, FeltClientsState& state);
+/// Keeps what the hand at X_BH has felt of them, by how safety has scaled force and torque.
+void keep_felt(const ServoModel& model, const Pose& X_BH, const FeltOfClients& felt,
+               const FeltShare& share, FeltClientsState& state);
 
 /// What the frame says of each client of the set.
 void note_felt(const ServoModel& model, const FeltClientsState& state, const FeltOfClients& felt,

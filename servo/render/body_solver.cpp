@@ -28,11 +28,11 @@ BodyTick body_tick(const ServoModel& model, const RenderQuestion& question) {
           model.dt,       tool_in_force(model, question.contacts), question.coupling};
 }
 
-/// The object that pushes the proxy hardest; kNoObject if none does.
-uint32_t carrier_of(const BodySolution& solution) {
+/// The object that pushes the proxy hardest; kNoBody if none does.
+uint32_t carrier_of(const BodySolution& solution, size_t n_bodies) {
   double hardest = 0;
-  uint32_t carrier = kNoObject;
-  for (uint32_t i = 0; i < solution.push_W.size(); ++i) {
+  uint32_t carrier = kNoBody;
+  for (uint32_t i = 0; i < n_bodies; ++i) {
     const double push = norm(solution.push_W[i].f);
     if (push > hardest) hardest = push, carrier = i;
   }
@@ -40,7 +40,8 @@ uint32_t carrier_of(const BodySolution& solution) {
 }
 
 /// Limits the step of the wrench since the last tick. What is added comes from the object that
-/// carried the tool then. Contacts that do not count any more, or not yet, are not held either.
+/// carried the tool then. Contacts that do not count any more, or not yet, are not held either, nor
+/// what clients' planes push with, which is cut to what may be felt of it later (servo/given).
 void limit_step(const ServoModel& model, const RenderQuestion& question, BodySolution& solution,
                 FeltStep& felt) {
   if (!solution.finite || !(question.scene.weight > 0)) {
@@ -49,13 +50,18 @@ void limit_step(const ServoModel& model, const RenderQuestion& question, BodySol
   }
   const uint32_t giver = felt.carrier;
   const Coupling& k = question.coupling;
+  const size_t n_objects = question.scene.n_objects();
+  Wrench planes_W;
+  for (size_t i = n_objects; i < solution.push_W.size(); ++i) {
+    planes_W = planes_W + solution.push_W[i];
+  }
+  const Wrench wanted_W = solution.F_hand_W + -planes_W;
   const Wrench F_W = limit_felt_step(felt,
-                                     {solution.F_hand_W, question.X_WT, carrier_of(solution),
+                                     {wanted_W, question.X_WT, carrier_of(solution, n_objects),
                                       k.translational_stiffness, k.rotational_stiffness, model.dt},
-                                     {question.scene.X_WO.data(), question.scene.X_WO.size()});
-  const Wrench added_W = F_W + -solution.F_hand_W;
-  if (giver < solution.push_W.size()) solution.push_W[giver] = solution.push_W[giver] + added_W;
-  solution.F_hand_W = F_W;
+                                     {question.scene.X_WO.data(), n_objects});
+  if (giver < n_objects) solution.push_W[giver] = solution.push_W[giver] + F_W + -wanted_W;
+  solution.F_hand_W = F_W + planes_W;
 }
 
 /// The answer of a solver as all renderers give it. The objects are pushed with the opposite of
@@ -65,7 +71,7 @@ Rendered rendered_body(const RenderQuestion& question, const BodySolution& solut
   out.X_WP = solution.proxy.X_WT;
   out.V_WP = solution.proxy.V_WT;
   out.F_W = solution.F_hand_W;
-  if (const uint32_t carrier = carrier_of(solution); carrier != kNoObject) {
+  if (const uint32_t carrier = carrier_of(solution, solution.push_W.size()); carrier != kNoBody) {
     const Vec3 arm_W = solution.proxy.X_WT.p - question.scene.X_WO[carrier].p;
     out.surface_W = velocity_at(question.scene.V_WO[carrier], arm_W);
     out.surface_turning_W = question.scene.V_WO[carrier].w;

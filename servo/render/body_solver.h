@@ -21,18 +21,18 @@ inline constexpr double kMostForceRate = 500;
 /// tool, seen from the object that carried it.
 struct FeltStep {
   bool started = false;
-  uint32_t carrier = kMaxObjects;  // kMaxObjects: the world
+  uint32_t carrier = kNoBody;  // kNoBody: the world
   Pose X_CT;
   Wrench F_C;
 };
 
 struct WantedForce {
-  Wrench F_W;                      // of the solver, at the tool's origin
-  Pose X_WT;                       // of the tool in the hand
-  uint32_t carrier = kMaxObjects;  // object that pushes the tool hardest
-  double translational = 0;        // stiffness of the coupling [N/m]
-  double rotational = 0;           // [N·m/rad]
-  double dt = 1e-3;                // [s]
+  Wrench F_W;                  // of the solver, at the tool's origin
+  Pose X_WT;                   // of the tool in the hand
+  uint32_t carrier = kNoBody;  // object that pushes the tool hardest
+  double translational = 0;    // stiffness of the coupling [N/m]
+  double rotational = 0;       // [N·m/rad]
+  double dt = 1e-3;            // [s]
 };
 
 /// Limits the step of the force from the last tick to this one:

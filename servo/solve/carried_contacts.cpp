@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "proto/math/assert.h"
 
@@ -25,6 +26,8 @@ CarriedContact carried(const Contact& c, const TickScene& scene, uint32_t body) 
   contact.curvature = c.curvature;
   contact.stiffness = c.stiffness;
   contact.given = std::clamp(1 - c.reduction, 0.0, 1.0);
+  const size_t n = scene.n_objects();
+  if (body >= n) contact.given *= scene.surfaces[body - n].share;
   contact.weight = scene.aged_weight(contact);
   contact.object = body;
   return contact;
@@ -39,24 +42,37 @@ bool is_sound(const CarriedContact& c) {
 }  // namespace
 
 uint32_t TickScene::body_of(const Contact& contact) const {
-  if (contact.giver == 0) return contact.object < n_objects() ? contact.object : kMostPlaced;
+  if (contact.giver == 0) return contact.object < n_objects() ? contact.object : kNoBody;
   const auto found = std::ranges::find_if(surfaces, [&](const PlacedSurface& s) {
     return moved_by_client(s.client) == contact.giver && s.object == contact.object;
   });
-  if (found == surfaces.end()) return kMostPlaced;
+  if (found == surfaces.end()) return kNoBody;
   return static_cast<uint32_t>(n_objects() + static_cast<size_t>(found - surfaces.begin()));
 }
 
-void TickScene::place_surfaces(const ContactSet& set) {
+void TickScene::place_surfaces(const ContactSet& set, PlacedSurfaces& kept) {
   const size_t n = n_objects();
+  std::array<bool, kMostSurfaces> was_used{};
+  for (size_t s = 0; s < kept.size(); ++s) was_used[s] = std::exchange(kept[s].is_used, false);
   for (const Contact& c : set.contacts) {
     const uint32_t client = c.giver - moved_by_client(0);
-    const bool is_placed = c.object < n || c.object == kNoObject;
-    if (client >= kMostClients || !is_placed || surfaces.size() == kMostSurfaces) continue;
-    if (body_of(c) < X_WO.size()) continue;
-    surfaces.push_back({c.object, client});
-    X_WO.push_back(c.object < n ? X_WO[c.object] : Pose{});
-    V_WO.push_back(c.object < n ? V_WO[c.object] : Twist{});
+    if (client >= kMostClients || !(c.object < n || c.object == kNoObject)) continue;
+    const auto same = std::ranges::find_if(
+        kept, [&](const PlacedSurface& s) { return s.client == client && s.object == c.object; });
+    size_t place = static_cast<size_t>(same - kept.begin());
+    // a place that has been free for a tick is nobody's any more
+    for (size_t s = 0; place == kept.size() && s < kept.size(); ++s) {
+      if (!kept[s].is_used && !was_used[s]) place = s;
+    }
+    if (place == kMostSurfaces) continue;
+    if (place == kept.size()) kept.push_back({});
+    kept[place] = {c.object, client, kept[place].share, true};
+  }
+  while (!kept.empty() && !kept.back().is_used) kept.pop_back();
+  surfaces = kept;
+  for (const PlacedSurface& s : surfaces) {
+    X_WO.push_back(s.object < n ? X_WO[s.object] : Pose{});
+    V_WO.push_back(s.object < n ? V_WO[s.object] : Twist{});
   }
 }
 

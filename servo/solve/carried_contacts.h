@@ -36,11 +36,17 @@ struct ContactsNow {
 };
 using CarriedContacts = ContactsNow<CarriedContact>;
 
+/// A placed body that there is not: the world.
+inline constexpr uint32_t kNoBody = kMostPlaced;
+
 /// The planes of a client on an object.
 struct PlacedSurface {
-  uint32_t object = 0;  // kNoObject: in W
-  uint32_t client = 0;  // index in the session file
+  uint32_t object = 0;   // kNoObject: in W
+  uint32_t client = 0;   // index in the session file
+  double share = 1;      // of their weight that the client's bank lets through
+  bool is_used = false;  // the set has some
 };
+using PlacedSurfaces = UpTo<PlacedSurface, kMostSurfaces>;
 
 /// The objects at this tick, and how much of the contacts is felt.
 struct TickScene {
@@ -51,7 +57,7 @@ struct TickScene {
   double held_share = 1;        // of its weight that is left to its soft contacts
   // behind the objects in X_WO and V_WO: the planes of a client on an object are a surface of their
   // own, so that what it pushes is known of each client
-  UpTo<PlacedSurface, kMostSurfaces> surfaces;
+  PlacedSurfaces surfaces;
 
   size_t n_objects() const { return X_WO.size() - surfaces.size(); }
   /// The object that a placed body is, or that a surface is on; kNoObject: the world.
@@ -61,8 +67,9 @@ struct TickScene {
   }
   /// The placed body that a contact belongs to; beyond all where there is none.
   uint32_t body_of(const Contact& contact) const;
-  /// Places the surfaces of a set's contacts, of the last of which kMostSurfaces has room for.
-  void place_surfaces(const ContactSet& set);
+  /// Places the surfaces of a set's contacts, as many as there is room for. `kept` are those of the
+  /// last tick: each keeps its place as long as it is used, since solvers know bodies by it.
+  void place_surfaces(const ContactSet& set, PlacedSurfaces& kept);
 
   /// The pose of an object; that of the world where there is none of that number.
   Pose pose_of(uint32_t object) const { return object < X_WO.size() ? X_WO[object] : Pose{}; }

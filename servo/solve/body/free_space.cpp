@@ -2,6 +2,7 @@
 #include "servo/solve/body/free_space.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace haptic {
@@ -17,7 +18,12 @@ double FreeSpace::left_to_planes(const Pose& X_WC) const {
     if (c.giver == 0) continue;
     const Pose X_WO = scene_.pose_of(scene_.body_of(c));
     const Vec3 way_W = X_WT * c.tool_point_T - X_WO * c.object_point_O;
-    left = std::min(left, dot(rotate(X_WO.q, c.normal_O), way_W));
+    const double off = dot(rotate(X_WO.q, c.normal_O), way_W);
+    // past its extent, where it has faded, it stops nothing
+    constexpr double kFaded = 1.1;
+    const double along = std::sqrt(std::max(norm_squared(way_W) - off * off, 0.0));
+    const double beside = c.extent > 0 ? along - kFaded * c.extent : off;
+    left = std::min(left, std::max(off, beside));
   }
   return left;
 }

@@ -264,7 +264,7 @@ void add_force(const Problem& problem, const Answer& felt, const Wrench& shading
                                 share_of(problem.coupling.max_torque, norm(F.t)));
   out.F_hand_W = share * F;
   double hardest = 0;
-  uint32_t object = kNoObject;
+  uint32_t object = kNoBody;
   const auto push = [&](uint32_t by, const Wrench& F_W) {
     if (by < out.push_W.size()) out.push_W[by] = out.push_W[by] + share * F_W;
   };

@@ -9,7 +9,7 @@ namespace haptic {
 /// All that survives a tick.
 struct GodObject6State {
   bool started = false;
-  uint32_t carrier = kNoObject;
+  uint32_t carrier = kNoBody;
   Pose X_CP;  // the last proxy, seen from the object that carries it, or from the world
   Slides slides{};
 };

@@ -46,7 +46,7 @@ RigidContacts carry_rigid_contacts(const Materials& materials, const BodyTick& t
   RigidContacts out;
   out.X_WG = set.X_WG;
   const size_t n = set.contacts.size(), n_placed = std::min(set.objects.size(), tick.X_WO.size());
-  if (n > 0 && set.contacts[0].object < n_placed) {
+  if (n > 0 && set.contacts[0].giver == 0 && set.contacts[0].object < n_placed) {
     out.carrier = set.contacts[0].object;
     out.X_WG = carried_pose(set, tick, out.carrier);
   }

@@ -24,8 +24,8 @@ struct RigidContact : CarriedContact {
 
 /// The contacts of a tick. `finite` is false also where the hand is not finite.
 struct RigidContacts : ContactsNow<RigidContact> {
-  Pose X_WG;                     // carried along with `carrier`
-  uint32_t carrier = kNoObject;  // the object of the first contact
+  Pose X_WG;                   // carried along with `carrier`
+  uint32_t carrier = kNoBody;  // the object of the first contact
 };
 
 /// Tells of each placed body whether it slid in the last tick, where its ratio of sliding is in

@@ -225,7 +225,11 @@ TEST_CASE("free space: a plane of a client ends it", "[servo]") {
   plane.tool_point_T.z = -0.005;
   set->contacts.push_back(plane);
   TickScene scene = placed(std::array<Pose, 1>{});
-  scene.place_surfaces(*set);
+  PlacedSurfaces kept;
+  scene.place_surfaces(*set, kept);
   CHECK(FreeSpace(*set, {}, scene).left_at({}) == Approx(0.015));
   CHECK_FALSE(FreeSpace(*set, {}, scene).left_at({{0, 0, -0.016}, {}}) > 0);
+  // beside where it holds it ends nothing
+  set->contacts[0].extent = 0.01;
+  CHECK(FreeSpace(*set, {}, scene).left_at({{0.03, 0, -0.016}, {}}) > 0);
 }
