@@ -118,7 +118,7 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   }
   if (seizes && !state.grasp.holds()) seize(state.grasp, model, servo, set);
   if (state.grasp.holds()) report_grasp(state.grasp, model, set);
-  add_given(model.given, state.given, hand, state.grasp.object, set);
+  add_given(model.given, state.given, hand, {state.grasp.object, question.reach + now.radius}, set);
   if ((set.flags & (kContactReseeded | kContactNoFreePose)) != 0) ++state.reseeds;
   set.reseeds = state.reseeds;
   return set;

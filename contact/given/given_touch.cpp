@@ -177,43 +177,48 @@ Contact contact_of(const GivenPlane& plane, uint32_t client, double weight) {
   return c;
 }
 
-/// The servo has room for as many surfaces, each the planes of a client on an object.
-bool has_room(const ContactSet& set, const Contact& next) {
-  if (set.contacts.full()) return false;
-  const auto is_same = [](const Contact& a, const Contact& b) {
-    return a.giver == b.giver && a.object == b.object;
+/// How far the tool, or its proxy, is off a plane of the set's objects [m]; below 0: beyond it.
+double distance_to(const GivenPlane& plane, const ServoFrame& servo, const ContactSet& set) {
+  const Pose X_WO = plane.object < set.objects.size() ? set.objects[plane.object].X_WO : Pose{};
+  const Vec3 normal_W = rotate(X_WO.q, plane.normal_O), point_W = X_WO * plane.object_point_O;
+  const auto off = [&](const Pose& X_WT) {
+    return dot(normal_W, X_WT * plane.tool_point_T - point_W);
   };
-  size_t n = 1;
-  for (size_t i = 0; i < set.contacts.size(); ++i) {
-    const Contact& c = set.contacts[i];
-    if (c.giver == 0) continue;
-    if (is_same(c, next)) return true;
-    const auto before = std::span(set.contacts.data(), i);
-    n += std::ranges::none_of(before, [&](const Contact& b) { return is_same(b, c); });
-  }
-  return n <= kMostSurfaces;
+  return std::min(off(servo.X_WT), off(servo.X_WP));
 }
 
-void add_client(const GivenTouchModel& model, const GivenTouchState& state, size_t k,
-                uint32_t held_object, ContactSet& set) {
-  const uint32_t client = model.clients[k].client;
-  const GivenTouchState::Client& known = state.clients[k];
-  if (!(known.weight > 0)) return;
-  if (known.given.wrench) {
-    set.wrenches.push_back({*known.given.wrench, known.weight, moved_by_client(client), 0});
-    set.flags |= kContactGiven;
-  }
-  for (const GivenPlane& plane : known.given.planes) {
-    if (plane.object != kNoObject && plane.object == held_object) continue;
-    const Contact c = contact_of(plane, client, known.weight);
-    if (!has_room(set, c)) {
+/// Adds what clients give to a set, as far as it has room and the tool comes.
+struct Adding {
+  const ServoFrame& servo;
+  const TouchedFrom& from;
+  ContactSet& set;
+  // each the planes of a client on an object: the servo has room for as many
+  UpTo<std::pair<uint32_t, uint32_t>, kMostSurfaces> surfaces = {};
+
+  void add(const GivenPlane& plane, uint32_t client, double weight) {
+    const bool is_held = plane.object != kNoObject && plane.object == from.held_object;
+    // as of its own surfaces, contact passes on those that the tool may reach before the next sets
+    if (is_held || distance_to(plane, servo, set) > from.reach) return;
+    const std::pair surface{client, plane.object};
+    const bool is_new = std::ranges::find(surfaces, surface) == surfaces.end();
+    if (set.contacts.full() || (is_new && surfaces.size() == kMostSurfaces)) {
       set.flags |= kContactTruncated;
-      continue;
+      return;
     }
-    set.contacts.push_back(c);
+    if (is_new) surfaces.push_back(surface);
+    set.contacts.push_back(contact_of(plane, client, weight));
     set.flags |= kContactGiven;
   }
-}
+
+  void add(uint32_t client, const GivenTouchState::Client& known) {
+    if (!(known.weight > 0)) return;
+    if (known.given.wrench) {
+      set.wrenches.push_back({*known.given.wrench, known.weight, moved_by_client(client), 0});
+      set.flags |= kContactGiven;
+    }
+    for (const GivenPlane& plane : known.given.planes) add(plane, client, known.weight);
+  }
+};
 
 /// Reads what the hand has felt of the clients until this frame of the servo.
 void see_felt(const GivenTouchModel& model, GivenTouchState& state, const ServoFrame& servo) {
@@ -284,14 +289,15 @@ void weigh_given(const GivenTouchModel& model, GivenTouchState& state, int64_t t
 }
 
 void add_given(const GivenTouchModel& model, GivenTouchState& state, const ServoFrame& servo,
-               uint32_t held_object, ContactSet& set) {
+               const TouchedFrom& from, ContactSet& set) {
   if (model.clients.empty()) return;
   weigh_given(model, state, servo.t_ns);
   see_felt(model, state, servo);
   const bool is_rendered = (set.flags & kContactNoFreePose) == 0;
+  Adding adding{servo, from, set};
   for (size_t k = 0; k < model.clients.size(); ++k) {
     GivenTouchState::Client& known = state.clients[k];
-    if (is_rendered) add_client(model, state, k, held_object, set);
+    if (is_rendered) adding.add(model.clients[k].client, known);
     GiverState out = known.heard.report(model.clients[k].client, servo.t_ns);
     out.given_power = known.power.energy(servo.t_ns);
     if (known.is_short) out.flags |= kGiverCut;

@@ -77,9 +77,15 @@ void see_client(const GivenTouchModel& model, GivenTouchState& state, size_t k, 
 /// when its turn comes.
 void weigh_given(const GivenTouchModel& model, GivenTouchState& state, int64_t t_ns);
 
+/// Where a tool may meet planes until the next sets.
+struct TouchedFrom {
+  uint32_t held_object = kMaxObjects;  // nothing pushes there; kMaxObjects: the tool holds none
+  double reach = 0;                    // how far it may come, the radius of a sphere included [m]
+};
+
 /// Adds what is given to the answer to a frame of the servo, and what has been taken of the
-/// clients. On an object that the tool holds, planes do not count: nothing pushes there.
+/// clients. Planes that the tool cannot reach before the next sets are left out.
 void add_given(const GivenTouchModel& model, GivenTouchState& state, const ServoFrame& servo,
-               uint32_t held_object, ContactSet& set);
+               const TouchedFrom& from, ContactSet& set);
 
 }  // namespace haptic

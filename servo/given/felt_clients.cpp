@@ -77,6 +77,7 @@ double share_of(const ServoModel& model, const FeltClientsState& state, uint32_t
 void keep_surfaces(const ServoModel& model, const RenderQuestion& question,
                    const Rendered& rendered, KeptShares& shares) {
   const TickScene& scene = question.scene;
+  if (scene.surfaces.empty()) return;
   const auto planes_W = planes_of(scene, rendered, shares);
   const double lever = lever_of(model, question.contacts);
   for (size_t s = 0; s < scene.surfaces.size(); ++s) {
@@ -94,6 +95,7 @@ FeltOfClients felt_of_clients(const ServoModel& model, const FeltClientsState& s
                               const RenderQuestion& question, const KeptShares& shares,
                               const Rendered& rendered) {
   FeltOfClients out;
+  if (question.scene.surfaces.empty() && question.contacts.wrenches.empty()) return out;
   out.of_client_W = planes_of(question.scene, rendered, shares);
   const double rim = rim_of(model, question.contacts);
   const double lever = lever_of(model, question.contacts);

@@ -47,7 +47,7 @@ struct Hearing {
     ServoFrame servo{};
     servo.t_ns = t_ns;
     ContactSet set{};
-    add_given(model, state, servo, held, set);
+    add_given(model, state, servo, {held, 0.01}, set);
     return set;
   }
   ContactSet open(size_t k = 0) {
@@ -178,7 +178,7 @@ TEST_CASE("given touch: what a client has given fades before its successor's is 
     ServoFrame servo{};
     servo.t_ns = hearing.t_ns;
     ContactSet set{};
-    add_given(hearing.model, hearing.state, servo, kMaxObjects, set);
+    add_given(hearing.model, hearing.state, servo, {}, set);
     const double now = set.wrenches.empty() ? 0 : set.wrenches[0].weight;
     if (!set.wrenches.empty() && set.wrenches[0].wrench.F0_W.f.x > 0) CHECK(now <= weight);
     if (!set.wrenches.empty() && set.wrenches[0].wrench.F0_W.f.x < 0) CHECK(now <= 0.3);
@@ -214,8 +214,20 @@ TEST_CASE("given touch: eight clients with all their planes fill a set and no mo
     ServoFrame servo{};
     servo.t_ns = t_ns;
     set = {};
-    add_given(model, state, servo, kMaxObjects, set);
+    add_given(model, state, servo, {}, set);
   }
   CHECK(set.contacts.size() == kMaxContacts);
   CHECK((set.flags & kContactTruncated) != 0);
+}
+
+TEST_CASE("given touch: a plane is passed on as soon as the tool may reach it") {
+  Hearing hearing;
+  hearing.plane().object_point_O.z = -0.009;
+  hearing.plane().object_point_O.z = -0.011;
+  // beyond it, however far, the tool has reached it
+  hearing.plane().object_point_O.z = 1;
+  const ContactSet set = hearing.open();
+  REQUIRE(set.contacts.size() == 2);
+  CHECK(set.contacts[0].object_point_O.z == -0.009);
+  CHECK(set.contacts[1].object_point_O.z == 1);
 }
