@@ -99,15 +99,21 @@ class GivenInboxes {
     }
   }
 
+  /// Takes one frame at most, of the clients in turn: a step costs the same however many there are.
   void take(const GivenTouchModel& model, GivenTouchState& state, int64_t t_ns) {
     controls_.latest(control_);
-    for (size_t k = 0; k < inboxes_.size(); ++k) {
+    const size_t n = inboxes_.size();
+    for (size_t k = 0; k < n; ++k) {
+      state.clients[k].heard.follow(control_.giving[inboxes_[k].client]);
+    }
+    for (size_t i = 0; i < n; ++i) {
+      const size_t k = (turn_ + i) % n;
       auto& [client, frames] = inboxes_[k];
-      HeardClient& heard = state.clients[k].heard;
-      heard.follow(control_.giving[client]);
       // a client that floods costs no more than one that does not
-      if (!heard.is_due(t_ns) || !frames.latest(frame_)) continue;
+      if (!state.clients[k].heard.is_due(t_ns) || !frames.latest(frame_)) continue;
       see_client(model, state, k, frames.item_generation(), frame_, t_ns);
+      turn_ = k + 1;
+      return;
     }
   }
 
@@ -120,6 +126,7 @@ class GivenInboxes {
   std::vector<Inbox> inboxes_;
   ControlFrame control_{};
   GivenFrame frame_{};
+  size_t turn_ = 0;  // the client that is looked at first
 };
 
 }  // namespace
