@@ -284,7 +284,7 @@ typedef struct hapticd_plane {
 // Becomes the client that a [[client]] of the session file names (docs/clients-that-give.md).
 HAPTICD_API hapticd_result hapticd_give(hapticd_session* session, const char* name,
                                         hapticd_giver** giver);
-// What it gives fades.
+// Leaves the session; all that it gives fades.
 HAPTICD_API void hapticd_giver_close(hapticd_giver* giver);
 // The index of an object that it may move.
 HAPTICD_API hapticd_result hapticd_giver_object(hapticd_giver* giver, const char* name,

@@ -141,6 +141,36 @@ int ended(SessionProcess& script) {
   return script.stop();
 }
 
+/// Watches and records until the hand has finished, or the session ends early. The last frame of
+/// the servo.
+ServoFrame record_hand(const Recording& hand, bool replay, SessionProcess& daemon,
+                       RingSource<&ServoChannels::frames>& watched, Recorder& recorder,
+                       TraceWriter& trace, Played& played) {
+  HandProgress progress(hand.seconds);
+  ServoFrame frame{};
+  double shown = 0;
+  int64_t first_ns = 0, news_ns = now_ns();
+  for (bool done = false; !done;) {
+    sleep_until(now_ns() + kDrainPeriod);
+    if (!recorder.drain(trace, now_ns())) break;
+    while (watched.next(frame)) {
+      if (first_ns == 0) first_ns = frame.t_ns;
+      news_ns = now_ns();
+      shown = static_cast<double>(frame.t_ns - first_ns) * 1e-9;
+      progress.add(frame);
+    }
+    progress.show(shown, now_ns());
+    // baking before the first frame may take arbitrarily long
+    const bool silent =
+        first_ns != 0 && static_cast<double>(now_ns() - news_ns) * 1e-9 > kNoNewsLimit;
+    played.ended_early = stop_requested() || daemon.exit_code().has_value() || silent;
+    const bool played_out = (replay && (frame.device.flags & kDeviceEnded) != 0) ||
+                            (first_ns != 0 && shown >= hand.limit);
+    done = played_out || played.ended_early;
+  }
+  return frame;
+}
+
 /// Records until the hand has finished, then stops the session and drains the rest.
 Played play_and_record(const PlayOptions& options, const SessionConfig& config,
                        const Recording& hand, std::unique_ptr<GivenReplay> given) {
@@ -176,28 +206,7 @@ Played play_and_record(const PlayOptions& options, const SessionConfig& config,
                     recording_metadata(options.session, read_config_text(options.config)));
 
   Played played;
-  HandProgress progress(hand.seconds);
-  ServoFrame frame{};
-  double shown = 0;
-  int64_t first_ns = 0, news_ns = now_ns();
-  for (bool done = false; !done;) {
-    sleep_until(now_ns() + kDrainPeriod);
-    if (!recorder.drain(trace, now_ns())) break;
-    while (watched.next(frame)) {
-      if (first_ns == 0) first_ns = frame.t_ns;
-      news_ns = now_ns();
-      shown = static_cast<double>(frame.t_ns - first_ns) * 1e-9;
-      progress.add(frame);
-    }
-    progress.show(shown, now_ns());
-    // baking before the first frame may take arbitrarily long
-    const bool silent =
-        first_ns != 0 && static_cast<double>(now_ns() - news_ns) * 1e-9 > kNoNewsLimit;
-    played.ended_early = stop_requested() || daemon.exit_code().has_value() || silent;
-    const bool played_out = (replay && (frame.device.flags & kDeviceEnded) != 0) ||
-                            (first_ns != 0 && shown >= hand.limit);
-    done = played_out || played.ended_early;
-  }
+  const ServoFrame frame = record_hand(hand, replay, daemon, watched, recorder, trace, played);
   played.was_cut = (frame.device.flags & kDeviceEnded) == 0;
   const bool has_crashed = daemon.exit_code().value_or(0) != 0;
   if (giver) {
@@ -311,7 +320,7 @@ void print_rows(const PlayOptions& options, const SessionConfig& config,
   print_table(std::cout, options.report ? rows : brief(rows));
 }
 
-/// What clients gave in the recording that is played; null: nothing.
+/// Finds what clients gave in the recording that is played; null: nothing.
 std::unique_ptr<GivenReplay> given_in(const PlayOptions& options, const SessionConfig& config) {
   const ReplayConfig& replay = config.device.replay;
   const std::string path(view(replay.path));

@@ -113,7 +113,7 @@ std::string cell(const Histogram& durations, double percent) {
   return readable(1e-9 * static_cast<double>(durations.percentile(percent)), "s");
 }
 
-/// What hapticd alone knows, for it depends on the session's file, which a client does not have.
+/// Answers of hapticd, which has the session's file; a client has not.
 struct Asked {
   std::optional<OutOfReach> gone;   // none: hapticd does not answer
   std::vector<std::string> givers;  // a line each

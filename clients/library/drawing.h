@@ -22,7 +22,7 @@ namespace haptic {
 
 inline constexpr size_t kMostDrawnPoints = 200'000;
 inline constexpr size_t kMostDrawnLines = 20'000;
-/// Of a coordinate and of a radius [m]: as far as a viewer can lead a hand.
+/// Largest coordinate and radius [m]: a viewer leads no hand farther.
 inline constexpr double kFarthestDrawn = 1e3;
 
 /// True if viewers can show it: all numbers are finite, and none is beyond kFarthestDrawn; a radius
@@ -36,7 +36,7 @@ constexpr uint32_t pieces_of(size_t n_points, size_t n_lines) {
   const size_t by_lines = (n_lines + kMostPieceLines - 1) / kMostPieceLines;
   return static_cast<uint32_t>(std::max({by_points, by_lines, size_t{1}}));
 }
-/// Of a drawing whose pieces hold points or lines, as another writer may cut it.
+/// Most pieces of a drawing: another writer may put points and lines into different ones.
 inline constexpr uint32_t kMostPieces =
     pieces_of(kMostDrawnPoints, 0) + pieces_of(0, kMostDrawnLines);
 
@@ -44,7 +44,7 @@ inline constexpr uint32_t kMostPieces =
 void cut_piece(std::span<const DrawnPoint> points, std::span<const DrawnLine> lines, uint32_t piece,
                DrawnPiece& out);
 
-/// What a client shows.
+/// A drawing of a client, as viewers show it.
 struct Drawing {
   uint64_t generation = 0;  // of its segment; 0: there is no drawing
   uint64_t number = 0;
@@ -73,7 +73,7 @@ class DrawingPieces {
 class DrawingReader {
  public:
   using Ring = RingSource<&DrawChannels::pieces>;
-  /// Of client.ring<&DrawChannels::pieces>(Start::kOldest, number).
+  /// Takes client.ring<&DrawChannels::pieces>(Start::kOldest, number).
   explicit DrawingReader(Ring ring) : ring_(ring) {}
 
   /// Reads at most so many pieces; true: newest() is another one now.

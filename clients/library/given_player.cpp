@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "clients/library/given_player.h"
 
-#include <sys/socket.h>
-
 #include <exception>
 #include <utility>
 
@@ -13,22 +11,6 @@
 #include "proto/os/realtime.h"
 
 namespace haptic {
-
-GivenPlayer::Seat::Seat(GiveSeat taken)
-    : seat(std::move(taken)), segment(seat.place.generation, seat.place.client) {
-  offer_to_give(seat, segment_spec<ClientChannels>(seat.place.client), segment.fd());
-  segment.set_state(SegmentState::kRun);
-}
-
-GivenPlayer::Seat::~Seat() {
-  // hapticd, a child of this program, must not keep the socket open
-  shutdown(seat.socket.get(), SHUT_RDWR);
-}
-
-void GivenPlayer::Seat::publish(const GivenFrame& frame) {
-  segment.channels().frames.publish(frame);
-  segment.beat(frame.seq, now_ns());
-}
 
 GivenPlayer::GivenPlayer(const std::string& session, const SessionConfig& config,
                          std::unique_ptr<GivenReplay> replay)
@@ -62,8 +44,8 @@ void GivenPlayer::run(const std::stop_token& stop) try {
   for (auto& seat : seats_) seat.reset();
 }
 
-/// What the servos have played. A first servo that has begun anew plays the hand from its
-/// beginning.
+/// Tells the replay what the servos have played. A first servo that has begun anew plays the hand
+/// from its beginning.
 void GivenPlayer::see_hands() {
   ServoFrame frame;
   for (uint32_t hand = 0; hand < hands_.size(); ++hand) {
@@ -81,7 +63,7 @@ void GivenPlayer::see_hands() {
 }
 
 void GivenPlayer::play(const GivenAgain& due) {
-  std::unique_ptr<Seat>& seat = seats_.at(due.client);
+  std::unique_ptr<GivenSegment>& seat = seats_.at(due.client);
   if (due.is_frame) {
     if (seat != nullptr) seat->publish(due.frame);
     return;
@@ -89,7 +71,7 @@ void GivenPlayer::play(const GivenAgain& due) {
   seat.reset();
   if (due.generation == 0) return;
   const std::string name(view(config_.clients[due.client].name));
-  seat = std::make_unique<Seat>(ask_to_give(session_, name));
+  seat = std::make_unique<GivenSegment>(ask_to_give(session_, name));
 }
 
 }  // namespace haptic

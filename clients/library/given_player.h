@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "clients/library/giver.h"
 #include "clients/log/given_replay.h"
 #include "proto/ipc/attachments.h"
 #include "proto/ipc/give_message.h"
@@ -32,14 +33,6 @@ class GivenPlayer {
   const std::string& problem() const { return problem_; }
 
  private:
-  /// A client that is there.
-  struct Seat {
-    GiveSeat seat;
-    SegmentWriter<ClientChannels> segment;
-    explicit Seat(GiveSeat taken);
-    ~Seat();
-    void publish(const GivenFrame& frame);
-  };
   void run(const std::stop_token& stop);
   void see_hands();
   void play(const GivenAgain& due);
@@ -49,8 +42,8 @@ class GivenPlayer {
   std::unique_ptr<GivenReplay> replay_;
   Attachments attachments_;
   std::vector<RingSource<&ServoChannels::frames>> hands_;
-  uint64_t servo_ = 0;  // generation of the first hand's
-  std::array<std::unique_ptr<Seat>, kMostClients> seats_;
+  uint64_t servo_ = 0;                                             // generation of the first hand's
+  std::array<std::unique_ptr<GivenSegment>, kMostClients> seats_;  // of clients that are there
   std::string problem_;
   std::jthread thread_;
 };

@@ -4,6 +4,7 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "proto/os/message.h"
 
@@ -25,22 +26,28 @@ std::array<double, 36> same_in_all_directions(double moving, double turning) {
   return matrix;
 }
 
-Giver::Giver(Client& client, const std::string& session, const std::string& name)
-    : seat_(ask_to_give(session, name)),
-      segment_(seat_.place.generation, seat_.place.client),
-      objects_(client) {
+GivenSegment::GivenSegment(GiveSeat seat)
+    : seat_(std::move(seat)), segment_(seat_.place.generation, seat_.place.client) {
   offer_to_give(seat_, segment_spec<ClientChannels>(seat_.place.client), segment_.fd());
   segment_.set_state(SegmentState::kRun);
 }
 
-Giver::~Giver() {
-  // a process that has forked has copies of the socket
+GivenSegment::~GivenSegment() {
+  // a process that has forked, as hapticd of this program, has copies of the socket
   shutdown(seat_.socket.get(), SHUT_RDWR);
 }
 
+void GivenSegment::publish(const GivenFrame& frame) {
+  segment_.channels().frames.publish(frame);
+  segment_.beat(frame.seq, now_ns());
+}
+
+Giver::Giver(Client& client, const std::string& session, const std::string& name)
+    : segment_(ask_to_give(session, name)), objects_(client) {}
+
 uint32_t Giver::object(std::string_view name) const {
   std::vector<std::string_view> known;
-  for (const GivePlace::Object& object : seat_.place.moves) {
+  for (const GivePlace::Object& object : seat().place.moves) {
     if (object.name == name) return object.index;
     known.push_back(object.name);
   }
@@ -83,12 +90,11 @@ void Giver::touch(const GivenPlane& plane) {
 }
 
 void Giver::publish() {
-  const bool may_touch = (seat_.place.may & (kMayPush | kMayTouch)) != 0;
+  const bool may_touch = (seat().place.may & (kMayPush | kMayTouch)) != 0;
   if (frame_.moves.empty() && !may_touch) return;
   ++frame_.seq;
   frame_.t_ns = now_ns();
-  segment_.channels().frames.publish(frame_);
-  segment_.beat(frame_.seq, frame_.t_ns);
+  segment_.publish(frame_);
   frame_.moves.clear();
   frame_.pushes.clear();
   frame_.planes.clear();

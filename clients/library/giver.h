@@ -20,6 +20,22 @@ std::array<double, 36> free_mobility(double mass, const Vec3& moments_W = {});
 /// K or D that is alike in all directions: [N/m, N·m/rad], [N·s/m, N·m·s/rad].
 std::array<double, 36> same_in_all_directions(double moving, double turning = 0);
 
+/// A place of a client in a session, and the segment that it gives in, until it ends.
+class GivenSegment {
+ public:
+  /// Offers the segment. Throws HandoutError, SegmentError.
+  explicit GivenSegment(GiveSeat seat);
+  ~GivenSegment();
+  GivenSegment(const GivenSegment&) = delete;
+
+  const GiveSeat& seat() const { return seat_; }
+  void publish(const GivenFrame& frame);
+
+ private:
+  GiveSeat seat_;
+  SegmentWriter<ClientChannels> segment_;
+};
+
 /// Gives to a session under a name that a [[client]] of its file has (docs/clients-that-give.md).
 ///
 ///   Client client("give");
@@ -35,19 +51,18 @@ std::array<double, 36> same_in_all_directions(double moving, double turning = 0)
 ///   }
 class Giver {
  public:
-  /// Asks for the place and offers its segment. Before client.start(). Throws HandoutError with a
+  /// Asks for the place and offers its segment; at its end all that it gives fades. Before
+  /// client.start(). Throws HandoutError with a
   /// remedy, SegmentError.
   Giver(Client& client, const std::string& session, const std::string& name);
 
-  /// Gives its place up: what it moves fades.
-  ~Giver();
   Giver(const Giver&) = delete;
 
   /// Number in the scene of an object that this client may move. Throws HandoutError.
   uint32_t object(std::string_view name) const;
-  const std::vector<GivePlace::Object>& objects() const { return seat_.place.moves; }
+  const std::vector<GivePlace::Object>& objects() const { return seat().place.moves; }
   /// Its place, for a Drawer.
-  const GiveSeat& seat() const { return seat_; }
+  const GiveSeat& seat() const { return segment_.seat(); }
 
   /// What has been pushed since the last call for this object (PushedObjects).
   GivenPush pushed(uint32_t object) { return objects_.by_hands(object); }
@@ -68,8 +83,7 @@ class Giver {
   void publish();
 
  private:
-  GiveSeat seat_;
-  SegmentWriter<ClientChannels> segment_;
+  GivenSegment segment_;
   PushedObjects objects_;
   GivenFrame frame_{};
 };

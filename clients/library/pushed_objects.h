@@ -23,8 +23,8 @@ struct GivenPush {
   Wrench impulse_W() const { return span * mean_W; }
 };
 
-/// What the objects of a session are pushed with, from one look to the next, for a client that
-/// integrates them.
+/// Counts what the objects of a session are pushed with, from one look to the next, for a client
+/// that integrates them.
 class PushedObjects {
  public:
   /// Before client.start().

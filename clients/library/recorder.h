@@ -81,7 +81,7 @@ class Recorder {
     uint64_t lost_frames = 0, lost_events = 0;  // already reported
   };
 
-  /// What a client gives, over all its segments.
+  /// Source of what a client gives, over all its segments.
   struct GivenFeed {
     RingSource<&ClientChannels::frames> frames;
     uint64_t lost = 0;  // already reported

@@ -77,7 +77,7 @@ void GivenReplay::Ticks::add(uint64_t tick, int64_t t_ns) {
   if (rows.size() > kMostTicks) rows.pop_front();
 }
 
-/// Of a tick between two that are known, also where its own frame was lost.
+/// Interpolates between two ticks that are known, where the frame of this one was lost.
 std::optional<int64_t> GivenReplay::Ticks::instant_of(uint64_t tick) const {
   const auto after = std::ranges::lower_bound(rows, tick, {}, &Row::tick);
   if (after == rows.end()) return std::nullopt;

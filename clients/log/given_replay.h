@@ -11,7 +11,7 @@
 #include "proto/config/config.h"
 #include "proto/log/trace.h"
 
-/// What clients gave in a recording, given again without them.
+/// Gives again what clients gave in a recording, without them.
 ///
 ///   inputs   of the recording: the frames of each client (/client0/given …), the instants at which
 ///            it came and left (ControlFrame::giving), and the instant of each tick of the servos;
@@ -37,8 +37,8 @@ struct GivenAgain {
 
 class GivenReplay {
  public:
-  /// Of a recording whose hand is played from `from` [s] on. Throws McapError where a client that
-  /// gave is not in the session, or may not move the same objects there.
+  /// Opens a recording whose hand is played from `from` [s] on. Throws McapError where a client
+  /// that gave is not in the session, or may not move the same objects there.
   GivenReplay(const std::string& path, const SessionConfig& session, double from);
   GivenReplay(const GivenReplay&) = delete;
 

@@ -16,7 +16,7 @@ Json fault_json(const std::string& words) {
           {"remedy", words.substr(open + 2, words.size() - open - 3)}};
 }
 
-/// Of one entry of `giving`; false: it is none.
+/// Reads one entry of `giving`; false: it is none.
 bool read_giver(const Json& one, SessionWords::Giver& giver) {
   if (!one.is_object()) return false;
   const auto name = one.find("name"), text = one.find("text"), state = one.find("state");

@@ -22,10 +22,6 @@ constexpr double kUnitNormal = 1e-3;           // by which a normal's square may
 constexpr double kFade = 0.050;                // between what one gives and its successor [s]
 constexpr uint64_t kFeatureBits = ~0ull >> 2;  // of Contact::feature, beside its kind
 
-bool all_finite(std::span<const double> numbers) {
-  return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); });
-}
-
 /// A matrix in the metric: each direction by the root of what is the most of it. A direction that
 /// may have none is left out.
 Mat6 in_metric(const std::array<double, 36>& matrix, double translational, double rotational) {
@@ -143,7 +139,7 @@ bool cut(const GivenTouchLimits& limits, ToolWrench& w) {
   return stiff > 1 || hard > 1 || !is_brake;
 }
 
-/// What the frame gives to the hand.
+/// Takes from a frame what it gives to the hand.
 GivenToHand taken(const GivenTouchModel& model, const GivenFrame& given, uint64_t generation) {
   GivenToHand out;
   out.generation = generation;
@@ -177,28 +173,39 @@ Contact contact_of(const GivenPlane& plane, uint32_t client, double weight) {
   return c;
 }
 
-/// How far the tool, or its proxy, is off a plane of the set's objects [m]; below 0: beyond it.
-double distance_to(const GivenPlane& plane, const ServoFrame& servo, const ContactSet& set) {
-  const Pose X_WO = plane.object < set.objects.size() ? set.objects[plane.object].X_WO : Pose{};
-  const Vec3 normal_W = rotate(X_WO.q, plane.normal_O), point_W = X_WO * plane.object_point_O;
-  const auto off = [&](const Pose& X_WT) {
-    return dot(normal_W, X_WT * plane.tool_point_T - point_W);
-  };
-  return std::min(off(servo.X_WT), off(servo.X_WP));
-}
+/// A pose as a matrix, for many points.
+struct PlacedTool {
+  explicit PlacedTool(const Pose& X_WT) : R(to_matrix(X_WT.q)), p_W(X_WT.p) {}
+  Vec3 operator*(const Vec3& point_T) const { return p_W + R * point_T; }
+
+  Mat3 R;
+  Vec3 p_W;
+};
 
 /// Adds what clients give to a set, as far as it has room and the tool comes.
 struct Adding {
-  const ServoFrame& servo;
+  PlacedTool tool, proxy;
   const TouchedFrom& from;
   ContactSet& set;
   // each the planes of a client on an object: the servo has room for as many
   UpTo<std::pair<uint32_t, uint32_t>, kMostSurfaces> surfaces = {};
 
+  /// How far the tool, or its proxy, is off a plane [m]; below 0: beyond it.
+  double distance_to(const GivenPlane& plane) const {
+    Vec3 normal_W = plane.normal_O, point_W = plane.object_point_O;
+    if (plane.object < set.objects.size()) {
+      const Pose& X_WO = set.objects[plane.object].X_WO;
+      normal_W = rotate(X_WO.q, normal_W);
+      point_W = X_WO * point_W;
+    }
+    const double to_tool = dot(normal_W, tool * plane.tool_point_T - point_W);
+    return std::min(to_tool, dot(normal_W, proxy * plane.tool_point_T - point_W));
+  }
+
   void add(const GivenPlane& plane, uint32_t client, double weight) {
     const bool is_held = plane.object != kNoObject && plane.object == from.held_object;
     // as of its own surfaces, contact passes on those that the tool may reach before the next sets
-    if (is_held || distance_to(plane, servo, set) > from.reach) return;
+    if (is_held || distance_to(plane) > from.reach) return;
     const std::pair surface{client, plane.object};
     const bool is_new = std::ranges::find(surfaces, surface) == surfaces.end();
     if (set.contacts.full() || (is_new && surfaces.size() == kMostSurfaces)) {
@@ -294,7 +301,7 @@ void add_given(const GivenTouchModel& model, GivenTouchState& state, const Servo
   weigh_given(model, state, servo.t_ns);
   see_felt(model, state, servo);
   const bool is_rendered = (set.flags & kContactNoFreePose) == 0;
-  Adding adding{servo, from, set};
+  Adding adding{PlacedTool(servo.X_WT), PlacedTool(servo.X_WP), from, set};
   for (size_t k = 0; k < model.clients.size(); ++k) {
     GivenTouchState::Client& known = state.clients[k];
     if (is_rendered) adding.add(model.clients[k].client, known);

@@ -11,7 +11,7 @@
 #include "proto/wire/power_window.h"
 #include "proto/wire/wire.h"
 
-/// What clients put on the tool of a hand: a wrench, and planes that it does not pass.
+/// Hears what clients put on the tool of a hand: a wrench, and planes that it does not pass.
 ///
 ///   inputs  the newest frame of each client, at most one each two milliseconds
 ///   check   rights, instants, numbers; a K that is stiffer than the coupling is scaled down to it,
@@ -19,7 +19,7 @@
 ///   weight  of a client's age, 0 to 1 (heard_client.h)
 ///   out     the wrenches of the answer, and the planes behind its contacts, with that weight
 ///
-/// What it may give the hand is bounded in the servo, tick by tick (servo/given).
+/// The servo bounds, tick by tick, what this may give the hand (servo/given).
 namespace haptic {
 
 /// Largest numbers of a wrench and of planes, in units of the scene: a K or B is measured by the

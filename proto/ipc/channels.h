@@ -132,8 +132,8 @@ struct ClientChannels {
 inline constexpr std::array<const char*, kMostClients> kDrawNames{
     "draw0", "draw1", "draw2", "draw3", "draw4", "draw5", "draw6", "draw7"};
 
-/// What a client draws, for viewers alone: at five drawings of 200,000 points and 20,000 lines a
-/// second the pieces of two drawings are there at any time.
+/// Ring of what a client draws, for viewers alone: at five drawings of 200,000 points and 20,000
+/// lines a second the pieces of two drawings are there at any time.
 struct DrawChannels {
   static constexpr SegmentId kId = SegmentId::kDraw0;
   static constexpr const char* kName = kDrawNames[0];

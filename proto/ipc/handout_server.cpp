@@ -37,7 +37,7 @@ constexpr rlim_t kKeptForChildren = 48 + 2 * kMostEyes;
 constexpr rlim_t kKeptForStrangers = kKeptForChildren + 48;
 constexpr size_t kMostEyesAtOnce = 4;  // unread by a client: as many as there are segments
 
-/// What clients draw is mapped by clients alone.
+/// Clients alone map what clients draw.
 constexpr bool is_drawn(SegmentId id) {
   return id >= DrawChannels::id(0) && id <= DrawChannels::id(kMostClients - 1);
 }

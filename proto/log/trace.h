@@ -54,8 +54,8 @@ inline constexpr std::array<std::string_view, kMostClients> kGivenTopics{
     "/client0/given", "/client1/given", "/client2/given", "/client3/given",
     "/client4/given", "/client5/given", "/client6/given", "/client7/given"};
 
-/// What a client gives, by its index in the session file. A recording has the topic once the client
-/// has given.
+/// Topic of what a client gives, by its index in the session file. A recording has the topic once
+/// the client has given.
 constexpr Topic<GivenFrame> given_topic(uint32_t client) {
   return {kGivenTopics[client]};
 }

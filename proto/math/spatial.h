@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <span>
 
 #include "proto/math/assert.h"
 #include "proto/math/pose.h"
@@ -21,6 +24,10 @@ struct Mat6 {
   }
   constexpr bool operator==(const Mat6&) const = default;
 };
+
+inline bool all_finite(std::span<const double> numbers) {
+  return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); });
+}
 
 constexpr Mat6 operator*(double s, const Mat6& m) {
   Mat6 scaled;

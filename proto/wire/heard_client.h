@@ -36,7 +36,7 @@ class HeardClient {
   /// The weight at t_ns, dt [s] > 0 after the last, 0 to 1.
   double weigh(int64_t t_ns, double dt);
   int64_t median_period_ns() const { return age_.median_ns; }  // 0: none yet
-  /// What people are told, but for the power and what the frames hold.
+  /// Reports what people are told of it, but for the power and what the frames hold.
   GiverState report(uint32_t client, int64_t t_ns) const;
 
  private:

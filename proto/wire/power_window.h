@@ -14,7 +14,7 @@ class PowerWindow {
     move_to(t_ns);
     bins_[static_cast<size_t>(newest_) % kBins] += energy;
   }
-  /// Of the second before t_ns [J].
+  /// Energy of the second before t_ns [J].
   double energy(int64_t t_ns) const {
     const int64_t bin = t_ns / kBinNs;
     double sum = 0;

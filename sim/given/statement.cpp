@@ -17,10 +17,6 @@ Matrix6 matrix_of(const std::array<double, 36>& numbers) {
   return Eigen::Map<const Matrix6>(numbers.data());
 }
 
-bool all_finite(std::span<const double> numbers) {
-  return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); });
-}
-
 bool has_finite_numbers(const GivenMotion& said) {
   return haptic::is_finite(said.X_WO) && is_unit(said.X_WO.q) && haptic::is_finite(said.V_WO) &&
          haptic::is_finite(said.acceleration_W) && all_finite(said.mobility) &&

@@ -61,7 +61,7 @@ struct FaultInfo {
   const WriterSeen& (TortureSession::*restarts)() const = nullptr;
 };
 
-/// Whether a fault can be injected into such a session.
+/// True if a fault can be injected into such a session.
 constexpr bool is_possible(const FaultInfo& info, const TortureOptions& options) {
   return (!info.is_of_six || options.six) && (!info.is_of_given || options.given) &&
          (!info.is_without_given || !options.given);

@@ -14,7 +14,7 @@ namespace {
 // have been twice as long where it was started
 constexpr int64_t kGivenFadeNs = (2 * 30 + 50) * kMs;
 
-/// What may not change while a client misbehaves.
+/// State of the others, which does not change while a client misbehaves.
 struct Others {
   uint64_t servo, contact, sim;  // generations
   uint64_t refused;              // frames of the honest client

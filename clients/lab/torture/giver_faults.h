@@ -11,7 +11,7 @@
 /// itself must fade within the documented time, where its frames are refused or do not come.
 namespace haptic {
 
-/// Whether the object of a client must be let go of.
+/// Expected end of the object of a client: it must fade, or it may.
 enum class GivenFade { kFades, kMayFade };
 
 /// Starts a client, lets `fault` happen to it, and kills it.

@@ -18,11 +18,11 @@ std::string drawing_bytes(const Drawing& drawing);
 /// The text message that says that nothing is drawn.
 std::string no_drawings();
 
-/// What the clients of a session draw, as pages are given it. The bytes of a drawing are made when
-/// somebody asks for them, once for all.
+/// Keeps what the clients of a session draw, as pages are given it. The bytes of a drawing are made
+/// when somebody asks for them, once for all.
 class Drawings {
  public:
-  /// Those of a client that is not started yet.
+  /// Asks a client for the rings, which is not started yet.
   explicit Drawings(Client& client);
 
   /// Takes what is new, and forgets what clients have drawn that have left. True: there was some.
@@ -33,7 +33,7 @@ class Drawings {
     return forget(read_control()) || is_new;
   }
 
-  /// Of the client of that number in the session file; null: it shows nothing.
+  /// Gives the drawing of the client of that number in the session file; null: it shows nothing.
   SharedText bytes(uint32_t client);
   /// The text message that says what is there.
   std::string message() const;

@@ -32,10 +32,6 @@ SoftContact spring_of(const CarriedContact& c, const ToolBody& tool, const SoftC
   return spring;
 }
 
-bool all_finite(const Mat6& m) {
-  return std::all_of(m.a.begin(), m.a.end(), [](double v) { return std::isfinite(v); });
-}
-
 /// The way of the object that the linearised wrench is about, since the set; none: it is not there.
 std::optional<Pose> way_of_wrench(const ContactSet& set, const SoftCarry& carry) {
   const uint32_t object = set.wrench_object;
@@ -68,7 +64,7 @@ void carry_rest(const ContactSet& set, const ToolBody& tool, const SoftCarry& ca
     out.push0 += push;
   }
   out.has_rest =
-      out.push0 > 0 && is_finite(out.F_rest_W) && is_finite(out.X_WC0) && all_finite(out.K_rest);
+      out.push0 > 0 && is_finite(out.F_rest_W) && is_finite(out.X_WC0) && all_finite(out.K_rest.a);
 }
 
 void carry_brake(const ContactSet& set, const ToolBody& tool, const SoftCarry& carry,
@@ -81,7 +77,7 @@ void carry_brake(const ContactSet& set, const ToolBody& tool, const SoftCarry& c
   out.B = carry.soft_weight(object) * about_centre(rotated(to_matrix(moved_by.q), B), arm_W);
   out.X_WO_brake = carry.X_WO[object];
   out.V_WO_brake = carry.V_WO[object];
-  out.has_brake = all_finite(out.B);
+  out.has_brake = all_finite(out.B.a);
 }
 
 /// F_rest + K_rest δ.

@@ -359,16 +359,29 @@ class Restarts(unittest.TestCase):
             self.assertFalse([name for name in os.listdir(folder) if name.endswith(".sock")])
 
 
+def started(*names):
+    return [
+        subprocess.Popen(
+            [sys.executable, ROOT / "clients/python/examples" / name],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )
+        for name in names
+    ]  # fmt: skip
+
+
 class Examples(unittest.TestCase):
+    def check_ended(self, examples, *words):
+        """The session has ended, so they end."""
+        for example, word in zip(examples, words):
+            said, error = example.communicate(timeout=5)
+            self.assertEqual((example.returncode, error), (0, ""))
+            self.assertIn(word, said)
+
     def test_the_arm_is_pushed_and_swings(self):
         with tempfile.TemporaryDirectory(prefix="py") as folder:
             os.environ["HAPTICD_RUNTIME_DIR"] = folder
             with hapticd.run(CONFIGS / "robot.toml") as s:
-                examples = [
-                    subprocess.Popen([sys.executable, ROOT / "clients/python/examples" / name],
-                                     stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-                    for name in ("01_watch.py", "04_your_robot.py")
-                ]  # fmt: skip
+                examples = started("01_watch.py", "04_your_robot.py")
                 scene, far = s.sim(), 0.0
                 begin = time.monotonic()
                 while time.monotonic() < begin + (0.7 if far > 2e-3 else 5):
@@ -376,22 +389,14 @@ class Examples(unittest.TestCase):
                     scene.latest()
                     far = max(far, float(np.linalg.norm(scene.objects()["X_WO"]["p"][0])))
                 self.assertEqual(s.status()["giving"][0]["refused"], 0)
-            # the session has ended, so they end
-            for example, words in zip(examples, ("tool ", "joints ")):
-                said, error = example.communicate(timeout=5)
-                self.assertEqual((example.returncode, error), (0, ""))
-                self.assertIn(words, said)
+            self.check_ended(examples, "tool ", "joints ")
             self.assertGreater(far, 2e-3)
 
     def test_a_charge_pulls_and_a_landscape_is_touched(self):
         with tempfile.TemporaryDirectory(prefix="py") as folder:
             os.environ["HAPTICD_RUNTIME_DIR"] = folder
             with hapticd.run(CONFIGS / "field.toml") as s:
-                examples = [
-                    subprocess.Popen([sys.executable, ROOT / "clients/python/examples" / name],
-                                     stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-                    for name in ("05_field.py", "06_your_collision.py")
-                ]  # fmt: skip
+                examples = started("05_field.py", "06_your_collision.py")
                 servo, contact = s.servo(), s.contact()
                 worst, pulled, lay = 0.0, 0, 0
                 begin = time.monotonic()
@@ -412,10 +417,7 @@ class Examples(unittest.TestCase):
                 contact.wait(1)
                 contact.latest()
                 self.assertEqual(contact.givers()["refused"].tolist(), [0, 0])
-            for example, words in zip(examples, ("charge", "ground")):
-                said, error = example.communicate(timeout=5)
-                self.assertEqual((example.returncode, error), (0, ""))
-                self.assertIn(words, said)
+            self.check_ended(examples, "charge", "ground")
             self.assertGreater(pulled, 50)
             self.assertGreater(lay, 50)
             self.assertLess(worst, 0.2)

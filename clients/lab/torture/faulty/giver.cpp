@@ -29,7 +29,7 @@ constexpr int kFloodFrames = 4;        // in each millisecond: the same again wi
 constexpr size_t kGarbageWords = 512;  // in each millisecond
 constexpr double kMobility = 10;       // of 100 g [1/kg]
 
-/// Of any frame that means to move an object.
+/// Makes a frame that moves an object, as an honest client does.
 GivenFrame healthy_frame(uint32_t object, const Vec3& place, const ServoFrame& servo,
                          double mobility) {
   GivenFrame frame{};
