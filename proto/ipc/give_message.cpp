@@ -31,7 +31,6 @@ namespace {
 constexpr int kPatienceMs = 5000;          // of a client for an answer [ms]
 constexpr int64_t kRetryNs = 250'000'000;  // where its name was used just now [ns]
 constexpr int kMostAttempts = 5;           // together more than the second that hapticd asks for
-constexpr int64_t kBlockBytes = 512;       // of stat::st_blocks, whatever the file system
 // of a client, of which readers map all pages [bytes]
 constexpr size_t kLargestGiven = size_t{32} << 20;
 constexpr std::string_view kPlace = "place ", kTaken = "ok";
@@ -131,11 +130,8 @@ void check_given_segment(int fd, const SegmentSpec& spec, uint64_t generation) {
     refuse(SegmentFault::kTooShort, "has not the " + std::to_string(spec.total_bytes) +
                                         " bytes of this version; build it from the same source");
   }
-  // a page that is not there would be made when a reader first touches it, and may then be lacking
-  if (std::cmp_less(status.st_blocks * kBlockBytes, spec.total_bytes)) {
-    refuse(SegmentFault::kTooShort, "has pages that were never written; fill it with zeros");
-  }
-  const SegmentMapping mapping(reopen_read_only(fd), spec, {.populate = false});
+  // makes the pages that were never written; sealed, none can be taken away again
+  const SegmentMapping mapping(reopen_read_only(fd), spec);
   if (mapping.generation() != generation) {
     refuse(SegmentFault::kWrongKind, "has another generation than it was told");
   }

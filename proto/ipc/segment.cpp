@@ -170,9 +170,12 @@ SegmentMapping::SegmentMapping(FileDescriptor fd, const SegmentSpec& spec,
   check.check_magic(header(), options.ready_timeout_ns);
   check.check_header(header());
   generation_ = header().generation.load(std::memory_order_relaxed);
-  // only now: what is refused costs no memory
-  if (options.populate) {
-    madvise(region_.get_address(), region_.get_size(), MADV_POPULATE_READ);
+  // only now: what is refused costs no memory. A page that memory has no room for would end the
+  // reader later; kernels before 5.14 cannot say
+  if (options.populate &&
+      madvise(region_.get_address(), region_.get_size(), MADV_POPULATE_READ) != 0) {
+    check.require(errno == EINVAL, SegmentFault::kSystem,
+                  std::string("cannot have its pages: ") + std::strerror(errno));
   }
   if (options.lock_memory) mlock(memory(), spec.total_bytes);
 }

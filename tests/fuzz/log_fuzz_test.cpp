@@ -290,8 +290,8 @@ TEST_CASE("fuzz: a recording is refused in one line or read in bounded time and 
   const test::Damage damage({"zstd", "lz4", "", "/servo0/frame", "cdr", "ros2msg", "eye/0",
                              std::string(test::kMcapMagic), std::string(9, '\0'), "\n\x1b[2J"});
   const std::string path = folder.path() + "/fuzzed.mcap";
-  // a schema has ten thousand numbers: an input takes 18 ms
-  test::FuzzRun fuzz("log", 3, 500);
+  // a schema has ten thousand numbers: an input takes 40 ms
+  test::FuzzRun fuzz("log", 3, 250);
   fuzz.run([&](FuzzRandom& random) {
     std::ofstream(path, std::ios::binary) << log_input(random.pick(seeds), damage, random);
     use(path);

@@ -51,7 +51,10 @@ class Sessions(unittest.TestCase):
         shutil.rmtree(cls.folder)
         assert not left, left
 
-    def test_every_tick_of_three_seconds_while_others_run(self):
+    def test_every_tick_while_others_run(self):
+        # HAPTIC_TORTURE_SCALE=40: 60 s, and what reading them takes of a core
+        scale = float(os.environ.get("HAPTIC_TORTURE_SCALE", 1))
+        seconds = 1.5 * scale
         turns = [0]
         stop = threading.Event()
 
@@ -64,22 +67,25 @@ class Sessions(unittest.TestCase):
         ticks, lost, most = [], 0, 0.0
         thread = threading.Thread(target=others, daemon=True)
         thread.start()
-        end = time.monotonic() + 3
+        end, before = time.monotonic() + seconds, time.thread_time()
         while time.monotonic() < end:
             self.assertTrue(frames.wait(1))
             n, n_lost = frames.next(out)
             ticks += out["tick"][:n].tolist()
             lost += n_lost
             most = max(most, float(np.linalg.norm(out["F_device_B"]["f"][:n], axis=1).max(initial=0)))
+        share = (time.thread_time() - before) / seconds
         stop.set()
         thread.join()
+        if scale > 1:
+            print(f"{len(ticks)} ticks in {seconds} s, {lost} lost, {share:.1%} of a core")
         skipped = int(out["skipped"][0])
         self.assertEqual(lost, 0)
         self.assertEqual(len(set(ticks)), len(ticks))
-        self.assertGreaterEqual(len(ticks) + skipped, 2900)
+        self.assertGreaterEqual(len(ticks) + skipped, 970 * seconds)
         self.assertLessEqual(np.diff(ticks).max(), 1 + skipped)
         self.assertGreater(most, 0.3)
-        self.assertGreater(turns[0], 1500)
+        self.assertGreater(turns[0], 500 * seconds)
 
     def test_what_is_not_taken_waits(self):
         frames = self.session.sim()

@@ -57,7 +57,7 @@ TEST_CASE("give: what a program gave is recorded, and given again without it") {
     REQUIRE(watcher.wait_for_all());
     const ProgramProcess ball("04_give", {}, folder.path());
     // on a busy machine the hand may reach the ball late
-    const Ran ran = hapt("record -o run.mcap --for 4", folder.path());
+    const Ran ran = hapt("record -o run.mcap --for 2.5", folder.path());
     INFO(ran.output);
     REQUIRE(ran.code == 0);
     CHECK(has(ran.output, "/client0/given: "));

@@ -6,8 +6,8 @@
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <unistd.h>
+#include <algorithm>
 #include <catch2/catch.hpp>
-
 #include <functional>
 #include <memory>
 #include <optional>
@@ -252,12 +252,6 @@ TEST_CASE("give: a segment that could harm its readers is refused") {
   CHECK(refused([](SegmentHeader& h) { h.generation = 2; }));
   CHECK(refused([](SegmentHeader& h) { h.total_bytes = 7; }));
   CHECK(refused([](SegmentHeader& h) { h.clock_id = 0; }));
-  // a page that is not there
-  const FileDescriptor holed = spoiled([](SegmentHeader&) {}, 0);
-  REQUIRE(fallocate(holed.get(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, 1 << 19, 4096) == 0);
-  REQUIRE(fcntl(holed.get(), F_ADD_SEALS, kAllSeals) == 0);
-  CHECK(why_refused(holed) ==
-        "the segment of a client has pages that were never written; fill it with zeros");
   // a file that is none, one that anybody may write, and huge pages where the kernel has some
   int ends[2];
   REQUIRE(pipe(ends) == 0);
@@ -267,6 +261,29 @@ TEST_CASE("give: a segment that could harm its readers is refused") {
   const FileDescriptor file(
       open((folder.path() + "/x").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
   CHECK_FALSE(why_refused(FileDescriptor(dup(file.get()))).empty());
+}
+
+TEST_CASE("give: pages that were never written are there once the segment is taken, and stay") {
+  constexpr off_t kPage = 4096, kHole = 1 << 19;
+  constexpr int kPunch = FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE;
+  const FileDescriptor holed = spoiled([](SegmentHeader&) {}, 0);
+  const auto size = static_cast<off_t>(segment_spec<ClientChannels>(0).total_bytes);
+  REQUIRE(fallocate(holed.get(), kPunch, kHole, kPage) == 0);
+  // blocks beyond the end hide the hole from who counts them
+  REQUIRE(fallocate(holed.get(), FALLOC_FL_KEEP_SIZE, size, 2 * kPage) == 0);
+  REQUIRE(fcntl(holed.get(), F_ADD_SEALS, kAllSeals) == 0);
+  void* const view = mmap(nullptr, size_t(size), PROT_READ, MAP_SHARED, holed.get(), 0);
+  REQUIRE(view != MAP_FAILED);
+  const auto lacking = [&] {
+    std::vector<unsigned char> there(size_t(size / kPage));
+    REQUIRE(mincore(view, there.size() * kPage, there.data()) == 0);
+    return std::count(there.begin(), there.end(), 0);
+  };
+  CHECK(lacking() > 0);
+  CHECK(why_refused(holed).empty());
+  CHECK(lacking() == 0);
+  CHECK(fallocate(holed.get(), kPunch, kHole, kPage) != 0);
+  munmap(view, size_t(size));
 }
 
 TEST_CASE("give: texts of a place that are none") {
