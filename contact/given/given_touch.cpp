@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/given/given_touch.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "proto/math/assert.h"
-#include "proto/math/motion_metric.h"
 #include "proto/math/units.h"
-#include "proto/wire/per_object.h"
 #include "proto/wire/scene_pose.h"
 
 namespace haptic {
@@ -60,12 +59,13 @@ bool is_symmetric(const Mat6& m) {
 
 /// True if V·(B V) is never below zero.
 bool brakes(const Mat6& B) {
-  Mat6 whole;
+  using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+  const Eigen::Map<const Matrix6> b(B.a.data());
   const double rounding = kRounding * std::max(1.0, largest_row(B));
-  for (size_t i = 0; i < 6; ++i) {
-    for (size_t j = 0; j < 6; ++j) whole(i, j) = 0.5 * (B(i, j) + B(j, i)) + (i == j) * rounding;
-  }
-  return factor_metric(whole).valid;
+  const Matrix6 symmetric = 0.5 * (b + b.transpose()) + rounding * Matrix6::Identity();
+  const Eigen::LLT<Matrix6> factors(symmetric);
+  // NaN passes Eigen's comparison
+  return factors.info() == Eigen::Success && factors.matrixLLT().allFinite();
 }
 
 /// The matrix as far as the most in each direction lets it be, and no direction that has none.
@@ -139,22 +139,23 @@ bool cut(const GivenTouchLimits& limits, ToolWrench& w) {
   return stiff > 1 || hard > 1 || !is_brake;
 }
 
-/// Takes from a frame what it gives to the hand.
-GivenToHand taken(const GivenTouchModel& model, const GivenFrame& given, uint64_t generation) {
+/// Takes from a frame of a client what it gives to the hand.
+GivenToHand taken(const GivenTouchModel& model, uint32_t client, const GivenFrame& given,
+                  uint64_t generation) {
   GivenToHand out;
   out.generation = generation;
   for (const GivenWrench& push : given.pushes) {
     if (push.hand != model.hand) continue;
-    out.wrench = push.wrench;
-    out.is_cut = cut(model.limits, *out.wrench);
+    out.wrench.emplace(AppliedWrench{push.wrench, 0, moved_by_client(client), 0});
+    out.is_cut = cut(model.limits, out.wrench->wrench);
   }
   for (const GivenPlane& plane : given.planes) {
     if (plane.hand != model.hand) continue;
-    out.planes.push_back(plane);
-    GivenPlane& kept = out.planes.back();
-    out.is_cut |= kept.stiffness > model.limits.contact_stiffness;
+    out.is_cut |= plane.stiffness > model.limits.contact_stiffness;
+    GivenPlane kept = plane;
     kept.stiffness = std::min(kept.stiffness, model.limits.contact_stiffness);
     kept.normal_O = kept.normal_O / norm(kept.normal_O);
+    out.planes.push_back({kept, dot(kept.normal_O, kept.object_point_O) + norm(kept.tool_point_T)});
   }
   return out;
 }
@@ -173,39 +174,45 @@ Contact contact_of(const GivenPlane& plane, uint32_t client, double weight) {
   return c;
 }
 
-/// A pose as a matrix, for many points.
-struct PlacedTool {
-  explicit PlacedTool(const Pose& X_WT) : R(to_matrix(X_WT.q)), p_W(X_WT.p) {}
-  Vec3 operator*(const Vec3& point_T) const { return p_W + R * point_T; }
-
-  Mat3 R;
-  Vec3 p_W;
+/// The tool and its proxy, seen from an object; kNoObject: from the world.
+struct SeenFrom {
+  uint32_t object;
+  Pose X_OT, X_OP;
 };
 
 /// Adds what clients give to a set, as far as it has room and the tool comes.
 struct Adding {
-  PlacedTool tool, proxy;
+  const ServoFrame& servo;
   const TouchedFrom& from;
   ContactSet& set;
+  SeenFrom seen{kNoObject, servo.X_WT, servo.X_WP};
   // each the planes of a client on an object: the servo has room for as many
   UpTo<std::pair<uint32_t, uint32_t>, kMostSurfaces> surfaces = {};
 
-  /// How far the tool, or its proxy, is off a plane [m]; below 0: beyond it.
-  double distance_to(const GivenPlane& plane) const {
-    Vec3 normal_W = plane.normal_O, point_W = plane.object_point_O;
-    if (plane.object < set.objects.size()) {
-      const Pose& X_WO = set.objects[plane.object].X_WO;
-      normal_W = rotate(X_WO.q, normal_W);
-      point_W = X_WO * point_W;
-    }
-    const double to_tool = dot(normal_W, tool * plane.tool_point_T - point_W);
-    return std::min(to_tool, dot(normal_W, proxy * plane.tool_point_T - point_W));
+  void look_from(uint32_t object) {
+    if (object == seen.object) return;
+    const Pose X_OW = object < set.objects.size() ? inverse(set.objects[object].X_WO) : Pose{};
+    seen = {object, X_OW * servo.X_WT, X_OW * servo.X_WP};
   }
 
-  void add(const GivenPlane& plane, uint32_t client, double weight) {
+  /// True if the tool, or its proxy, may come to a plane.
+  bool is_reached(const KeptPlane& kept) {
+    const GivenPlane& plane = kept.plane;
+    look_from(plane.object);
+    const auto offset = [&](const Vec3& p_O) { return dot(plane.normal_O, p_O); };
+    // the origins are off most planes by more than the tool is long
+    if (std::min(offset(seen.X_OT.p), offset(seen.X_OP.p)) > kept.nearest + from.reach)
+      return false;
+    const Vec3& point_T = plane.tool_point_T;
+    return std::min(offset(seen.X_OT * point_T), offset(seen.X_OP * point_T)) <=
+           offset(plane.object_point_O) + from.reach;
+  }
+
+  void add(const KeptPlane& kept, uint32_t client, double weight) {
+    const GivenPlane& plane = kept.plane;
     const bool is_held = plane.object != kNoObject && plane.object == from.held_object;
     // as of its own surfaces, contact passes on those that the tool may reach before the next sets
-    if (is_held || distance_to(plane) > from.reach) return;
+    if (is_held || !is_reached(kept)) return;
     const std::pair surface{client, plane.object};
     const bool is_new = std::ranges::find(surfaces, surface) == surfaces.end();
     if (set.contacts.full() || (is_new && surfaces.size() == kMostSurfaces)) {
@@ -217,13 +224,14 @@ struct Adding {
     set.flags |= kContactGiven;
   }
 
-  void add(uint32_t client, const GivenTouchState::Client& known) {
+  void add(uint32_t client, GivenTouchState::Client& known) {
     if (!(known.weight > 0)) return;
     if (known.given.wrench) {
-      set.wrenches.push_back({*known.given.wrench, known.weight, moved_by_client(client), 0});
+      known.given.wrench->weight = known.weight;
+      set.wrenches.push_back(*known.given.wrench);
       set.flags |= kContactGiven;
     }
-    for (const GivenPlane& plane : known.given.planes) add(plane, client, known.weight);
+    for (const KeptPlane& plane : known.given.planes) add(plane, client, known.weight);
   }
 };
 
@@ -279,7 +287,7 @@ void see_client(const GivenTouchModel& model, GivenTouchState& state, size_t k, 
   known.heard.conclude(given, why, t_ns);
   if (why != GiverRefusal::kNone) return;
   if (known.weight > 0 && known.given.generation != generation) return;
-  known.given = taken(model, given, generation);
+  known.given = taken(model, model.clients[k].client, given, generation);
 }
 
 void weigh_given(const GivenTouchModel& model, GivenTouchState& state, int64_t t_ns) {
@@ -301,7 +309,7 @@ void add_given(const GivenTouchModel& model, GivenTouchState& state, const Servo
   weigh_given(model, state, servo.t_ns);
   see_felt(model, state, servo);
   const bool is_rendered = (set.flags & kContactNoFreePose) == 0;
-  Adding adding{PlacedTool(servo.X_WT), PlacedTool(servo.X_WP), from, set};
+  Adding adding{servo, from, set};
   for (size_t k = 0; k < model.clients.size(); ++k) {
     GivenTouchState::Client& known = state.clients[k];
     if (is_rendered) adding.add(model.clients[k].client, known);

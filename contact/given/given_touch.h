@@ -8,6 +8,7 @@
 
 #include "proto/config/config.h"
 #include "proto/wire/heard_client.h"
+#include "proto/wire/per_object.h"
 #include "proto/wire/power_window.h"
 #include "proto/wire/wire.h"
 
@@ -45,11 +46,17 @@ struct GivenTouchModel {
 };
 GivenTouchModel build_given_touch(const SessionConfig& config, uint32_t hand = kFirstHand);
 
+/// A plane, and how far along its normal the tool's origin lies at least where its point meets it.
+struct KeptPlane {
+  GivenPlane plane;
+  double nearest = 0;  // normal_O·object_point_O + |tool_point_T| [m]
+};
+
 /// A frame of a client, as far as it is for this hand.
 struct GivenToHand {
-  uint64_t generation = 0;  // of the segment it came in
-  std::optional<ToolWrench> wrench;
-  Packed<GivenPlane, kMostGivenPlanes> planes;
+  uint64_t generation = 0;              // of the segment it came in
+  std::optional<AppliedWrench> wrench;  // as it is added to a set
+  UpTo<KeptPlane, kMostGivenPlanes> planes;
   bool is_cut = false;  // its K or B is less than it says
 };
 

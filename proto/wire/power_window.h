@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 
 namespace haptic {
 
@@ -16,13 +17,9 @@ class PowerWindow {
   }
   /// Energy of the second before t_ns [J].
   double energy(int64_t t_ns) const {
-    const int64_t bin = t_ns / kBinNs;
-    double sum = 0;
-    for (size_t i = 0; i < kBins; ++i) {
-      const int64_t at = newest_ - static_cast<int64_t>(i);
-      if (bin - at < static_cast<int64_t>(kBins)) sum += bins_[static_cast<size_t>(at) % kBins];
-    }
-    return sum;
+    PowerWindow then = *this;
+    then.move_to(t_ns);
+    return std::accumulate(then.bins_.begin(), then.bins_.end(), 0.0);
   }
 
  private:
