@@ -69,8 +69,8 @@ bool follow_button(Grasp& grasp, int32_t button, const ServoFrame& servo) {
   return has_gone_down && is_felt;
 }
 
-ServoFrame drawn_frame(const Grasp& grasp, const ServoFrame& servo, const SceneFrame* scene,
-                       const PointScene& now) {
+ServoFrame drawn_frame(const Grasp& grasp, uint32_t hand, const ServoFrame& servo,
+                       const SceneFrame* scene, const PointScene& now) {
   HAPTIC_ASSERT(grasp.holds());
   ServoFrame drawn = servo;
   const double strength = strength_of(grasp, servo);
@@ -78,7 +78,7 @@ ServoFrame drawn_frame(const Grasp& grasp, const ServoFrame& servo, const SceneF
   Pose X_WP = X_WO * grasp.X_OT;
   Twist V_WP;
   if (scene != nullptr && grasp.object < scene->objects.size()) {
-    const Twist V_WO = object_twist_at(*scene, grasp.object, servo.t_ns, push_of(servo));
+    const Twist V_WO = object_twist_at(*scene, grasp.object, servo.t_ns, push_of(servo, hand));
     V_WP = twist_with(V_WO, X_WP.p - X_WO.p);
   }
   const bool is_body =

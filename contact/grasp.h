@@ -20,8 +20,8 @@ bool follow_button(Grasp& grasp, int32_t button, const ServoFrame& servo);
 
 /// The frame as a detector is asked about it while an object is held: its tool is drawn towards
 /// where it is held, so that the proxy stays there, and other objects are seen from there.
-ServoFrame drawn_frame(const Grasp& grasp, const ServoFrame& servo, const SceneFrame* scene,
-                       const PointScene& now);
+ServoFrame drawn_frame(const Grasp& grasp, uint32_t hand, const ServoFrame& servo,
+                       const SceneFrame* scene, const PointScene& now);
 
 /// Seizes the object that is nearest to the proxy of an answer, where one touches it or is nearer
 /// than kMinReach (proto/wire/look_ahead.h).

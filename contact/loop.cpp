@@ -11,6 +11,7 @@
 #include "contact/bake/eye_files.h"
 #include "contact/bake/session.h"
 #include "contact/step.h"
+#include "proto/ipc/seen_scene.h"
 #include "proto/os/message.h"
 #include "proto/os/priorities.h"
 
@@ -41,19 +42,6 @@ void offer_eyes(const Child<ContactChannels>& child, std::vector<SealedEye> eyes
     for (const SealedEye& eye : eyes) child.offer_file(eye.id, eye.name.c_str(), eye.file.get());
   } catch (const HandoutError& error) {
     say(error.what());
-  }
-}
-
-/// Makes one step whose result is discarded, so that code and meshes are in memory for the first
-/// real one. Waits a while for a question.
-void warm_up(const ContactModel& model, ContactState& state,
-             RingSource<&ServoChannels::frames>& hand) {
-  ServoFrame question{};
-  for (int i = 0; i < kWarmUpLooks && !stop_requested(); ++i) {
-    sleep_until(now_ns() + kWarmUpLookNs);
-    if (!hand.latest(question)) continue;
-    contact_step(model, state, question, nullptr);
-    return;
   }
 }
 
@@ -91,9 +79,9 @@ class FrameClock {
 /// The rings of the clients that may push or touch.
 class GivenInboxes {
  public:
-  explicit GivenInboxes(Child<ContactChannels>& child)
-      : controls_(child.ring<&ControlChannels::frames>(Start::kOldest)) {
-    for (const GivenTouchModel::Client& known : build_given_touch(child.config()).clients) {
+  GivenInboxes(Child<ContactChannels>& child, uint32_t hand)
+      : controls_(child.ring<&ControlChannels::frames>(Start::kOldest, hand)) {
+    for (const GivenTouchModel::Client& known : build_given_touch(child.config(hand)).clients) {
       inboxes_.push_back(
           {known.client, child.ring<&ClientChannels::frames>(Start::kNewest, known.client)});
     }
@@ -129,51 +117,102 @@ class GivenInboxes {
   size_t turn_ = 0;  // the client that is looked at first
 };
 
+/// All that answers the servo of a hand.
+class ContactOfHand {
+ public:
+  /// Bakes. Before child.attach().
+  ContactOfHand(Child<ContactChannels>& child, uint32_t hand)
+      : questions_(child.ring<&ServoChannels::frames>(Start::kNewest, hand)),
+        scenes_(child, hand, child.n_hands()),
+        given_(child, hand),
+        config_(child.config(hand)),
+        baked_(bake_told(config_)),
+        model_(build_contact_model(config_, baked_.shapes())),
+        state_(std::make_unique<ContactState>(model_)),
+        eyes_(make_eye_files(config_, baked_, say)) {}
+
+  /// Makes one step whose result is discarded, so that code and meshes are in memory for the first
+  /// real one. Waits a while for a question.
+  void warm_up() {
+    for (int i = 0; i < kWarmUpLooks && !stop_requested(); ++i) {
+      sleep_until(now_ns() + kWarmUpLookNs);
+      if (!questions_.latest(question_)) continue;
+      contact_step(model_, *state_, question_, nullptr);
+      break;
+    }
+    state_ = std::make_unique<ContactState>(model_);
+  }
+
+  /// A spare's, while it waits: reading frees the segments of writers that have died.
+  void look() {
+    questions_.latest(question_);
+    scenes_.latest();
+    const int64_t t_ns = now_ns();
+    given_.take(model_.given, state_->given, t_ns);
+    weigh_given(model_.given, state_->given, t_ns);
+  }
+
+  /// Answers the servo from now on, until the child is to stop.
+  void run(Child<ContactChannels>& child, ContactPublisher publish) {
+    child.offer();
+    offer_eyes(child, std::move(eyes_));
+    FrameClock clock(config_);
+    while (!child.stopping()) {
+      child.beat(clock.wait());
+      const SceneFrame* const scene = scenes_.latest();
+      if (!questions_.latest(question_)) continue;
+
+      const int64_t start_ns = now_ns();
+      given_.take(model_.given, state_->given, start_ns);
+      ContactSet answer = contact_step(model_, *state_, question_, scene);
+      answer.busy_ns = now_ns() - start_ns;
+      publish(child, answer);
+      clock.answered(question_, start_ns + answer.busy_ns + answer.busy_ns / kRestShare);
+    }
+  }
+
+ private:
+  RingSource<&ServoChannels::frames> questions_;
+  SeenScene scenes_;
+  GivenInboxes given_;
+  const SessionConfig& config_;
+  const BakedSession baked_;
+  const ContactModel model_;
+  std::unique_ptr<ContactState> state_;
+  std::vector<SealedEye> eyes_;
+  ServoFrame question_{};
+};
+
+constexpr RealtimeOptions kRealtime{.fifo_priority = kContactPriority, .lock_memory = true};
+
+/// A spare of all hands: sleeps until a contact is dead, and is that one from then on.
+int run_spare(Child<ContactChannels>& child, int spare_fd, ContactPublisher publish) {
+  std::vector<std::unique_ptr<ContactOfHand>> hands;
+  for (uint32_t hand = 0; hand < child.n_hands(); ++hand) {
+    hands.push_back(std::make_unique<ContactOfHand>(child, hand));
+  }
+  child.attach();
+  for (const auto& hand : hands) hand->warm_up();
+  child.enter_realtime(kRealtime);
+  const auto turn = await_turn(spare_fd, [&] {
+    for (const auto& hand : hands) hand->look();
+  });
+  if (!turn || *turn >= hands.size()) return kExitClean;
+  child.become(*turn);
+  hands[*turn]->run(child, publish);
+  child.finish();
+  return kExitClean;
+}
+
 }  // namespace
 
 int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
   Child<ContactChannels> child(arguments);
-  auto hand = child.ring<&ServoChannels::frames>(Start::kNewest);
-  auto scenes = child.ring<&SimChannels::frames>(Start::kOldest);
-  GivenInboxes given(child);
-  const BakedSession baked = bake_told(child.config());
-  const ContactModel model = build_contact_model(child.config(), baked.shapes());
-  auto state = std::make_unique<ContactState>(model);
-  std::vector<SealedEye> eyes = make_eye_files(child.config(), baked, say);
+  if (arguments.spare_fd >= 0) return run_spare(child, arguments.spare_fd, publish);
+  const auto hand = std::make_unique<ContactOfHand>(child, child.hand());
   child.attach();
-  if (arguments.spare_fd >= 0) {
-    warm_up(model, *state, hand);
-    state = std::make_unique<ContactState>(model);
-  }
-  child.enter_realtime({.fifo_priority = kContactPriority, .lock_memory = true});
-
-  ServoFrame question{};
-  SceneFrame scene{};
-  bool any_scene = false;
-  const auto look = [&] {
-    // reading frees the segments of writers that have died
-    any_scene |= scenes.latest(scene);
-    hand.latest(question);
-    const int64_t t_ns = now_ns();
-    given.take(model.given, state->given, t_ns);
-    weigh_given(model.given, state->given, t_ns);
-  };
-  if (!await_turn(arguments.spare_fd, look)) return kExitClean;
-  child.offer();
-  offer_eyes(child, std::move(eyes));
-  FrameClock clock(child.config());
-  while (!child.stopping()) {
-    child.beat(clock.wait());
-    any_scene |= scenes.latest(scene);
-    if (!hand.latest(question)) continue;
-
-    const int64_t start_ns = now_ns();
-    given.take(model.given, state->given, start_ns);
-    ContactSet answer = contact_step(model, *state, question, any_scene ? &scene : nullptr);
-    answer.busy_ns = now_ns() - start_ns;
-    publish(child, answer);
-    clock.answered(question, start_ns + answer.busy_ns + answer.busy_ns / kRestShare);
-  }
+  child.enter_realtime(kRealtime);
+  hand->run(child, publish);
   child.finish();
   return kExitClean;
 }

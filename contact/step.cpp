@@ -33,7 +33,7 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
   if (scene != nullptr) {
     for (uint32_t i = 0; i < scene->objects.size(); ++i) {
       const Vec3 v_W = surface_velocity(*scene, i, scene->objects[i].X_WO, servo.X_WT.p, servo.t_ns,
-                                        push_of(servo));
+                                        push_of(servo, model.hand));
       scene_speed = std::max(scene_speed, norm(v_W));
     }
   }
@@ -90,7 +90,7 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   PointScene now = scene_at(model, scene, hand, hand.t_ns);
   // a frame is long: it is copied only where something is held
   ServoFrame drawn;
-  if (state.grasp.holds()) drawn = drawn_frame(state.grasp, hand, scene, now);
+  if (state.grasp.holds()) drawn = drawn_frame(state.grasp, model.hand, hand, scene, now);
   const ServoFrame& servo = state.grasp.holds() ? drawn : hand;
   ContactSet set = begin_set(servo, scene);
   state.skipped += unanswered_between(state.last, hand);

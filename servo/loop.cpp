@@ -27,16 +27,15 @@ ServoModel build_model(const SessionConfig& config, const Device& device) {
 
 void ServoInbox::prefetch() const noexcept {
   contacts.prefetch_newest();
-  scenes.prefetch_newest();
+  scenes.prefetch();
 }
 
 void ServoInbox::receive(ServoInput& input) noexcept {
   any_contact |= contacts.latest(contact_set);
-  any_scene |= scenes.latest(scene);
   any_control |= controls.latest(control);
   input.contacts = any_contact ? &contact_set : nullptr;
   input.contact_generation = contacts.item_generation();
-  input.scene = any_scene ? &scene : nullptr;
+  input.scene = scenes.latest();
   input.control = any_control ? &control : nullptr;
 }
 
@@ -77,8 +76,8 @@ void ServoLoop::tick(const Tick& tick) {
 }
 
 void ServoLoop::publish_event(EventCode code, const std::array<double, 5>& numbers) {
-  channels_.events.publish(
-      {now_ns(), static_cast<uint32_t>(code), static_cast<uint32_t>(ServoChannels::kId), numbers});
+  channels_.events.publish({now_ns(), static_cast<uint32_t>(code),
+                            static_cast<uint32_t>(servo_segment(model_.hand)), numbers});
 }
 
 void ServoLoop::publish_changes() {

@@ -3,6 +3,7 @@
 
 #include "device-io/device.h"
 #include "proto/ipc/attachments.h"
+#include "proto/ipc/seen_scene.h"
 #include "proto/os/realtime.h"
 #include "servo/step.h"
 
@@ -13,19 +14,18 @@ namespace haptic {
 /// The newest item of each ring the servo reads; kept from tick to tick.
 struct ServoInbox {
   RingSource<&ContactChannels::sets> contacts;
-  RingSource<&SimChannels::frames> scenes;
+  SeenScene scenes;
   RingSource<&ControlChannels::frames> controls;
   ContactSet contact_set{};
-  SceneFrame scene{};
   ControlFrame control{};
-  bool any_contact = false, any_scene = false, any_control = false;
+  bool any_contact = false, any_control = false;
 
   /// From a Child or from Attachments, before either is started.
   template <typename Rings>
-  explicit ServoInbox(Rings& rings)
-      : contacts(rings.template ring<&ContactChannels::sets>(Start::kOldest)),
-        scenes(rings.template ring<&SimChannels::frames>(Start::kOldest)),
-        controls(rings.template ring<&ControlChannels::frames>(Start::kOldest)) {}
+  explicit ServoInbox(Rings& rings, uint32_t hand = kFirstHand, uint32_t n_hands = 1)
+      : contacts(rings.template ring<&ContactChannels::sets>(Start::kOldest, hand)),
+        scenes(rings, hand, n_hands),
+        controls(rings.template ring<&ControlChannels::frames>(Start::kOldest, hand)) {}
 
   void receive(ServoInput& input) noexcept;
   /// A few microseconds before receive: starts to fetch what other cores have written.

@@ -12,10 +12,18 @@
 namespace haptic {
 namespace {
 
+/// The servos of a session wake one after the other, spread over a period of the first hand's, on a
+/// grid that all know: of this clock, whenever a servo starts.
+int64_t first_tick_of(const SessionConfig& config, int64_t t_ns) {
+  const int64_t period = period_ns(config.servo_rate);
+  const int64_t offset = period * config.hand / config.n_hands;
+  return (t_ns / period + 2) * period + offset;
+}
+
 int run(const ChildArguments& arguments) {
   Child<ServoChannels> child(arguments);
   const SessionConfig& config = child.config();
-  const auto inbox = std::make_unique<ServoInbox>(child);
+  const auto inbox = std::make_unique<ServoInbox>(child, child.hand(), child.n_hands());
   const std::unique_ptr<Device> device =
       open_device(config.device, FileDescriptor(arguments.device_fd));
   const auto loop = std::make_unique<ServoLoop>(config, *device, *inbox, child.channels());
@@ -31,6 +39,7 @@ int run(const ChildArguments& arguments) {
 
   DeadlineClock clock(period_ns(config.servo_rate),
                       config.servo_wake == Wake::kHybrid ? kHybridSpinNs : 0);
+  if (config.n_hands > 1) clock.start_at(first_tick_of(config, now_ns()));
   while (!child.stopping()) {
     const Tick tick = clock.wait();
     child.beat(tick);

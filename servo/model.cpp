@@ -34,6 +34,7 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
   HAPTIC_ASSERT(config.servo_rate > 0 && config.n_objects <= kMaxObjects);
   HAPTIC_ASSERT(device.max_force >= 0 && device.max_torque >= 0);
   ServoModel model;
+  model.hand = config.hand;
   model.dt = 1 / config.servo_rate;
   model.sim_period = 1 / config.sim_rate;
   model.map = config.map;

@@ -27,7 +27,7 @@ void continue_pushes(PushCounters& pushes, int64_t t_ns, bool holds_force, doubl
 }
 
 void note_pushes(PushCounters& pushes, const Pushing& pushing, double dt) {
-  const auto& [scene, placed, rendered, at_W, felt] = pushing;
+  const auto& [hand, scene, placed, rendered, at_W, felt] = pushing;
   if (scene == nullptr) return;
   pushes.n = std::max(pushes.n, static_cast<uint32_t>(scene->responses.size()));
   // what is not felt may be anything, as after a fault
@@ -37,8 +37,7 @@ void note_pushes(PushCounters& pushes, const Pushing& pushing, double dt) {
     if (rendered.push_W[i] == Wrench{} || response_of(*scene, i) == nullptr) continue;
     const Wrench push_W = shift(rendered.push_W[i], rendered.X_WP.p - at_W);
     const Wrench given_W{-dt * felt.force * push_W.f, -dt * felt.torque * push_W.t};
-    if (takes_pushes(*scene, i, kFirstHand, pushes.since_ns, pushes.t_ns) ||
-        !is_mobile(*scene, i)) {
+    if (takes_pushes(*scene, i, hand, pushes.since_ns, pushes.t_ns) || !is_mobile(*scene, i)) {
       const uint32_t k = scene->objects[i].response;
       pushes.last_W[k] = shift(given_W, at_W - placed.X_WO[i].p);
       pushes.objects[k].impulse_W = pushes.objects[k].impulse_W + pushes.last_W[k];

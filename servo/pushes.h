@@ -26,6 +26,7 @@ void continue_pushes(PushCounters& pushes, int64_t t_ns, bool holds_force, doubl
 
 /// The pushes of the objects on a proxy, and how the hand feels them.
 struct Pushing {
+  uint32_t hand;
   const SceneFrame* scene;  // null: none has come
   const TickScene& placed;  // where the objects are
   const Rendered& rendered;

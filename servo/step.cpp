@@ -76,7 +76,8 @@ ServoFrame settle(const ServoModel& model, ServoState& state, const ServoInput& 
   const bool is_body = renderer != nullptr && is_of_body(renderer->id);
   const Pose& X_WP = touch.rendered.X_WP;
   const Vec3 at_W = is_body ? (X_WP * inverse(model.map.X_HT)).p : X_WP.p;
-  note_pushes(state.pushes, {input.scene, touch.scene, touch.rendered, at_W, outcome.safe.felt},
+  note_pushes(state.pushes,
+              {model.hand, input.scene, touch.scene, touch.rendered, at_W, outcome.safe.felt},
               model.dt);
   keep_felt(model, start.sample.device.X_BH, touch.clients, outcome.safe.felt, state.clients);
   const ServoFrame frame = frame_of(model, state, input, start, outcome, flags);

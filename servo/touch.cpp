@@ -20,7 +20,7 @@ TickScene scene_of(const ServoModel& model, ServoState& state, const ServoInput&
   TickScene scene;
   scene.weight = weight;
   const PushCounters& pushes = state.pushes;
-  const HandPush push{kFirstHand, pushes.t_ns, pushes.since_ns, pushes.objects};
+  const HandPush push{model.hand, pushes.t_ns, pushes.since_ns, pushes.objects};
   const uint32_t n_moved =
       input.scene != nullptr ? static_cast<uint32_t>(input.scene->objects.size()) : 0;
   for (uint32_t i = 0; i < n_moved; ++i) {
@@ -47,7 +47,7 @@ HeldBody held_body(const ServoModel& model, const ServoState& state, const Servo
   if (input.scene == nullptr || object >= input.scene->objects.size()) return body;
   const PushCounters& pushes = state.pushes;
   body.stands = is_mobile(*input.scene, object) &&
-                !takes_pushes(*input.scene, object, kFirstHand, pushes.since_ns, pushes.t_ns);
+                !takes_pushes(*input.scene, object, model.hand, pushes.since_ns, pushes.t_ns);
   return body;
 }
 

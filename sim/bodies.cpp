@@ -69,14 +69,16 @@ std::vector<std::span<const Vec3>> pieces_of(const PieceTree& tree, const Triang
 void restart(const BodiesModel& model, BodiesState& state, const HandFrames& hands,
              SceneFrame& frame) {
   const SceneFrame& last = state.last;
-  const auto first = std::ranges::find_if(hands, [](const auto* hand) { return hand != nullptr; });
   for (const uint32_t i : model.with_mass) {
     SceneObject& object = frame.objects[i];
-    object.X_WO = object_pose_at(last, i, frame.t_ns);
-    if (first != hands.end()) {
-      const auto hand = static_cast<uint32_t>(first - hands.begin());
-      object.X_WO = object_pose_at(last, i, frame.t_ns, push_of(**first, hand));
+    // each hand has seen it where its own pushes had brought it
+    UnseenPush unseen;
+    for (uint32_t hand = 0; hand < hands.size(); ++hand) {
+      if (hands[hand] == nullptr) continue;
+      const UnseenPush of_hand = unseen_push(last, i, frame.t_ns, push_of(*hands[hand], hand));
+      unseen.impulse_time_W = unseen.impulse_time_W + of_hand.impulse_time_W;
     }
+    object.X_WO = object_pose_at(last, i, frame.t_ns, unseen);
     object.V_WO = last.objects[i].V_WO;
     state.world->place(i, object.X_WO, object.V_WO);
     if (const ObjectResponse* response = response_of(last, i)) {

@@ -20,11 +20,12 @@ constexpr int64_t kPatienceNs = kNsPerSecond;  // longest wait for the session's
 constexpr int64_t kLookNs = 1'000'000;         // between checks
 // of a sim that moves bodies: it belongs to the hand's loop, below contact, above hapticd's threads
 
-/// The newest frame of the hand, kept from step to step. Where clients move objects every frame
+/// The newest frame of a hand, kept from step to step. Where clients move objects every frame
 /// counts.
 struct HandInbox {
   static constexpr int kMostAtOnce = 64;  // behind more than that, the rest is passed over
 
+  uint32_t hand;
   RingSource<&ServoChannels::frames> frames;
   ServoFrame frame{};
   bool any = false;
@@ -32,11 +33,11 @@ struct HandInbox {
   const ServoFrame* latest(const SimModel& model, SimState& state) {
     for (int n = 0; !model.given.objects.empty() && n < kMostAtOnce && frames.next(frame); ++n) {
       any = true;
-      see_hand(model.given, state.given, kFirstHand, frame);
+      see_hand(model.given, state.given, hand, frame);
     }
     if (frames.latest(frame)) {
       any = true;
-      see_hand(model.given, state.given, kFirstHand, frame);
+      see_hand(model.given, state.given, hand, frame);
     }
     return any ? &frame : nullptr;
   }
@@ -111,7 +112,10 @@ int run(const ChildArguments& arguments) {
   Child<SimChannels> child(arguments);
   auto predecessors = child.ring<&SimChannels::frames>(Start::kOldest);
   auto controls = child.ring<&ControlChannels::frames>(Start::kOldest);
-  HandInbox hand{child.ring<&ServoChannels::frames>(Start::kOldest)};
+  std::vector<HandInbox> inboxes;
+  for (uint32_t hand = 0; hand < child.n_hands(); ++hand) {
+    inboxes.push_back({hand, child.ring<&ServoChannels::frames>(Start::kOldest, hand)});
+  }
   ClientInboxes clients(child);
   const BakedBodies baked = bake_where_needed(child.config());
   std::vector<MeshShape> shapes;
@@ -138,7 +142,8 @@ int run(const ChildArguments& arguments) {
     controls.latest(control);
     // a ring may hold anything
     const double time_scale = control.scene_time_scale >= 0 ? control.scene_time_scale : 0;
-    const HandFrames hands{hand.latest(model, *state)};
+    HandFrames hands;
+    for (HandInbox& inbox : inboxes) hands.push_back(inbox.latest(model, *state));
     clients.take(model, *state, control, t_ns);
     copy_in_use(sim_step(model, *state, hands, t_ns, time_scale), frame);
     frame.skipped = skipped;

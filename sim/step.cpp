@@ -30,7 +30,8 @@ void note_bodies_pushes(const SimModel& model, SimState& state, double dt) {
 
 SimModel build_sim(const SessionConfig& config, std::span<const MeshShape> shapes,
                    std::span<const PieceTree> pieces) {
-  SimModel model{config.n_objects, 1, config.objects, build_bodies(config, shapes, pieces), {}};
+  SimModel model{
+      config.n_objects, config.n_hands, config.objects, build_bodies(config, shapes, pieces), {}};
   model.given = build_given(config, static_cast<uint32_t>(model.bodies.with_mass.size()));
   return model;
 }

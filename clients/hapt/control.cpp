@@ -22,6 +22,7 @@ namespace {
 
 struct ControlOptions {
   SessionChoice session;
+  std::string hand;  // empty: all
   std::string key, value;
   bool json = false;
   bool force = false;
@@ -43,6 +44,30 @@ void say(const ControlOptions& options, const std::string& line) {
   for (std::string one; std::getline(lines, one);) {
     std::cout << printable(one, kLongestAnswer) << '\n';
   }
+}
+
+void add_named_hand(Command& command, std::string& hand) {
+  command.option("--hand NAME", hand, "one hand of several, by name or number")
+      .check([](const std::string& typed) {
+        return typed.find_first_of(" \n") == std::string::npos && !typed.empty()
+                   ? ""
+                   : "a hand is named by one word, as left or 0";
+      });
+}
+
+/// The request, for one hand where it is named.
+std::string addressed(const std::string& hand, const std::string& line) {
+  return hand.empty() ? line : "hand " + hand + " " + line;
+}
+
+/// A word to all hands or to one.
+void add_word_to_hands(Command& app, const std::string& word, const std::string& help) {
+  const auto options = std::make_shared<ControlOptions>();
+  Command command = app.subcommand(word, help);
+  add_session(command, options->session);
+  add_named_hand(command, options->hand);
+  command.example("hapt " + word);
+  command.action([options, word] { say(*options, addressed(options->hand, word)); });
 }
 
 void add_word(Command& app, const std::string& word, const std::string& help) {
@@ -74,18 +99,21 @@ void add_set(Command& app) {
       .required();
   command.option("VALUE", options->value, "with its unit, as \"500 N/m\"; or a name").required();
   add_session(command, options->session);
+  add_named_hand(command, options->hand);
   command.flag("--force", options->force,
                "even if the coupling is stiffer than the device can hold");
   command.example("hapt set stiffness \"500 N/m\"");
   command.example("hapt set solver penalty-dynamics");
   command.action([options] {
-    say(*options,
-        "set " + options->key + " " + options->value + (options->force ? " --force" : ""));
+    const std::string line =
+        "set " + options->key + " " + options->value + (options->force ? " --force" : "");
+    say(*options, addressed(options->hand, line));
   });
 }
 
 struct LeadOptions {
   SessionChoice session;
+  std::string hand;
   std::array<double, 3> place{};    // [m]
   std::vector<double> orientation;  // w x y z; empty: as at rest
   double duration = 2;              // [s]
@@ -100,11 +128,12 @@ void lead(const LeadOptions& options) {
   for (const double x : options.orientation) line += " " + number_text(x);
   const int64_t begin_ns = now_ns();
   const auto end_ns = begin_ns + static_cast<int64_t>(options.duration * 1e9);
+  line = addressed(options.hand, line);
   for (int64_t t_ns = begin_ns; t_ns < end_ns; t_ns += kPeriodNs) {
     ask(session, line);
     sleep_until(std::min(t_ns + kPeriodNs, end_ns));
   }
-  std::cout << ask(session, "release") << '\n';
+  std::cout << ask(session, addressed(options.hand, "release")) << '\n';
 }
 
 void add_lead(Command& app) {
@@ -125,6 +154,7 @@ void add_lead(Command& app) {
             .expected(4);
         add_duration(command, "--for TIME", options.duration, "how long (default: 2 s)");
         add_session(command, options.session);
+        add_named_hand(command, options.hand);
         command.example("hapt lead 0.02 0 0.05 --for 5s");
       });
 }
@@ -135,11 +165,11 @@ void add_control_command(Command& app) {
   add_status(app);
   add_set(app);
   add_lead(app);
-  add_word(app, "pause", "Pause force output");
-  add_word(app, "resume", "Resume force output");
-  add_word(app, "arm", "Enable force output");
-  add_word(app, "disarm", "Disable force output until armed again");
-  add_word(app, "clear-fault", "Clear a latched fault, once the handle is still");
+  add_word_to_hands(app, "pause", "Pause force output");
+  add_word_to_hands(app, "resume", "Resume force output");
+  add_word_to_hands(app, "arm", "Enable force output");
+  add_word_to_hands(app, "disarm", "Disable force output until armed again");
+  add_word_to_hands(app, "clear-fault", "Clear a latched fault, once the handle is still");
   add_word(app, "config", "Print the session file that a session was started with");
   add_word(app, "stop", "End a session");
 }

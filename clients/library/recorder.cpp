@@ -35,14 +35,16 @@ int64_t time_of(const GivenFrame& frame) {
 
 Recorder::Rings::Rings(Attachments& attachments, Start start)
     : newest_servo(attachments.source<ServoChannels>()),
-      servo{attachments.ring<&ServoChannels::frames>(start),
-            attachments.ring<&ServoChannels::events>(Start::kOldest)},
-      contact{attachments.ring<&ContactChannels::sets>(start),
-              attachments.ring<&ContactChannels::events>(Start::kOldest)},
       sim{attachments.ring<&SimChannels::frames>(start),
-          attachments.ring<&SimChannels::events>(Start::kOldest)},
-      control{attachments.ring<&ControlChannels::frames>(Start::kOldest),
-              attachments.ring<&ControlChannels::events>(Start::kOldest)} {
+          attachments.ring<&SimChannels::events>(Start::kOldest)} {
+  for (uint32_t hand = 0; hand < kMostHands; ++hand) {
+    hands.push_back({{attachments.ring<&ServoChannels::frames>(start, hand),
+                      attachments.ring<&ServoChannels::events>(Start::kOldest, hand)},
+                     {attachments.ring<&ContactChannels::sets>(start, hand),
+                      attachments.ring<&ContactChannels::events>(Start::kOldest, hand)},
+                     {attachments.ring<&ControlChannels::frames>(Start::kOldest, hand),
+                      attachments.ring<&ControlChannels::events>(Start::kOldest, hand)}});
+  }
   for (uint32_t client = 0; client < kMostClients; ++client) {
     given.push_back({attachments.ring<&ClientChannels::frames>(start, client)});
   }
@@ -53,7 +55,7 @@ Recorder::Recorder(Attachments& attachments, Start start, double standard_rate)
   for (const TopicInfo& topic : kTopics) counts_.push_back({topic.name});
 }
 
-/// A client has a topic from its first frame on.
+/// A client, and a hand behind the first, has topics from its first frame on.
 TopicCount& Recorder::count_of(std::string_view topic, TraceWriter& trace) {
   const auto known = std::ranges::find(counts_, topic, &TopicCount::topic);
   if (known != counts_.end()) return *known;
@@ -70,6 +72,7 @@ void Recorder::write(TraceWriter& trace, const Topic<T>& topic, const T& record)
   ++(trace.write(topic, record, stamp) ? count.recorded : count.lost);
   if constexpr (std::is_same_v<T, SceneFrame>) scene_ = record;
   if constexpr (std::is_same_v<T, ServoFrame>) {
+    if (topic.name != servo_topic(kFirstHand).name) return;
     last_servo_ns_ = record.t_ns;
     last_tick_ = record.tick;
     standard_->add(record, scene_ ? &*scene_ : nullptr);
@@ -116,7 +119,7 @@ void Recorder::go_on(Attachments& attachments, TraceWriter& trace) {
 }
 
 bool Recorder::has_ended() const noexcept {
-  return haptic::has_ended(rings_.control.frames.header());
+  return haptic::has_ended(rings_.hands[kFirstHand].control.frames.header());
 }
 
 const SegmentHeader* Recorder::servo_header() noexcept {
@@ -137,10 +140,17 @@ bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
     drain_ring(feed.frames, topic, feed.lost_frames, writer, trace, kMostPerDrain);
     drain_ring(feed.events, kEventTopic, feed.lost_events, writer, trace, kMostPerDrain);
   };
-  drain_feed(rings_.control, kControlTopic, ControlChannels::kId);
+  const auto each_hand = [&](const auto& drain) {
+    for (uint32_t hand = 0; hand < kMostHands; ++hand) drain(rings_.hands[hand], hand);
+  };
+  each_hand([&](Rings::OfHand& rings, uint32_t hand) {
+    drain_feed(rings.control, control_topic(hand), control_segment(hand));
+  });
   drain_feed(rings_.sim, kSimTopic, SimChannels::kId);
-  drain_feed(rings_.contact, contact_topic(kFirstHand), ContactChannels::kId);
-  drain_feed(rings_.servo, servo_topic(kFirstHand), ServoChannels::kId);
+  each_hand([&](Rings::OfHand& rings, uint32_t hand) {
+    drain_feed(rings.contact, contact_topic(hand), contact_segment(hand));
+    drain_feed(rings.servo, servo_topic(hand), servo_segment(hand));
+  });
   drain_clients(trace, kMostGivenPerDrain);
   if (chunk_begun_ns_ == 0) chunk_begun_ns_ = t_ns;
   if (t_ns - chunk_begun_ns_ >= kChunkPeriodNs) {

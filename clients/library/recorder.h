@@ -64,7 +64,8 @@ class Recorder {
   bool finish(TraceWriter& trace, int64_t t_ns);
   const std::string& failure() const { return failure_; }
 
-  /// One for each of kTopics, in that order, then one for each client that has given.
+  /// One for each of kTopics, in that order, then those of other hands and of clients that have
+  /// given.
   const std::vector<TopicCount>& counts() const { return counts_; }
 
   /// True if hapticd was stopped by command. Valid once the attachments are no longer connected.
@@ -109,12 +110,15 @@ class Recorder {
   /// All rings of a session, frames from `start` on; control state and events change rarely, and
   /// those older than the recording belong to it too.
   struct Rings {
+    struct OfHand {
+      Feed<&ServoChannels::frames, &ServoChannels::events> servo;
+      Feed<&ContactChannels::sets, &ContactChannels::events> contact;
+      Feed<&ControlChannels::frames, &ControlChannels::events> control;
+    };
     Rings(Attachments& attachments, Start start);
-    Source<ServoChannels> newest_servo;
-    Feed<&ServoChannels::frames, &ServoChannels::events> servo;
-    Feed<&ContactChannels::sets, &ContactChannels::events> contact;
+    Source<ServoChannels> newest_servo;  // of the first hand
+    std::vector<OfHand> hands;           // by number, all there may be
     Feed<&SimChannels::frames, &SimChannels::events> sim;
-    Feed<&ControlChannels::frames, &ControlChannels::events> control;
     std::vector<GivenFeed> given;  // by client
   };
 

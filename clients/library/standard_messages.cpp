@@ -38,7 +38,7 @@ void StandardMessages::add(const ServoFrame& frame, const SceneFrame* scene) {
   const size_t objects = scene == nullptr ? 0 : scene->objects.size();
   for (uint32_t i = 0; i < objects; ++i) {
     transforms_.push_back({"world", "object_" + std::to_string(i),
-                           object_pose_at(*scene, i, frame.t_ns, push_of(frame))});
+                           object_pose_at(*scene, i, frame.t_ns, push_of(frame, kFirstHand))});
   }
   trace_.write_message(tf_, ros::tf_message(t, transforms_), stamp);
 }

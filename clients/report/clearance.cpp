@@ -72,8 +72,9 @@ std::optional<CarriedPose> carried_at(LogIndex& log, const ServoFrame& frame,
     const std::optional<SceneFrame> scene = log.scene_at(frame);
     for (uint32_t i = 0; i < config.n_objects; ++i) {
       const bool is_there = scene && i < scene->objects.size();
-      pose.X_WO.push_back(is_there ? object_pose_at(*scene, i, frame.t_ns, push_of(frame))
-                                   : config.objects[i].X_WO);
+      pose.X_WO.push_back(is_there
+                              ? object_pose_at(*scene, i, frame.t_ns, push_of(frame, kFirstHand))
+                              : config.objects[i].X_WO);
     }
   } else {
     return std::nullopt;

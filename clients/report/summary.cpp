@@ -43,8 +43,8 @@ double proxy_depth(const ServoFrame& frame, const std::optional<SceneFrame>& sce
   for (uint32_t i = 0; i < shapes.size(); ++i) {
     if (!shapes[i].shape.mesh.closed) continue;
     const bool is_there = scene && i < scene->objects.size();
-    const Pose X_WO =
-        is_there ? object_pose_at(*scene, i, frame.t_ns, push_of(frame)) : config.objects[i].X_WO;
+    const Pose X_WO = is_there ? object_pose_at(*scene, i, frame.t_ns, push_of(frame, kFirstHand))
+                               : config.objects[i].X_WO;
     const Pose X_OP = inverse(X_WO) * frame.X_WP;
     for (const Vec3& p_P : points_P) {
       const ClosestPoint c =

@@ -46,7 +46,7 @@ double seconds(int64_t ns) {
 /// That of the world where the scene has no such object.
 Pose object_pose(const View& view, uint32_t object) {
   if (!view.has_scene || object >= view.scene.objects.size()) return {};
-  return object_pose_at(view.scene, object, view.servo.t_ns, push_of(view.servo));
+  return object_pose_at(view.scene, object, view.servo.t_ns, push_of(view.servo, kFirstHand));
 }
 
 size_t n_objects(const View& view) {

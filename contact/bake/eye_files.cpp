@@ -69,7 +69,8 @@ std::vector<std::byte> make_sphere(const SessionConfig& config) {
   const bool is_sphere = row_of(config.renderer).moves == Moves::kSphere && config.proxy_radius > 0;
   Soup soup = make_icosphere(is_sphere ? config.proxy_radius : kPointRadius, kSphereSubdivisions);
   const MeshData mesh = build_mesh(std::move(soup.vertices), std::move(soup.triangles));
-  return write(kEyeOfTool, config.tool, {mesh.vertices, mesh.vertex_normals, mesh.triangles}, {});
+  return write(eye_of_tool(config.hand), config.tool,
+               {mesh.vertices, mesh.vertex_normals, mesh.triangles}, {});
 }
 
 uint32_t level_to_draw(const PieceTree& tree) {
@@ -108,13 +109,13 @@ std::vector<std::byte> make_piece_eye(uint32_t object, const ShapeConfig& shape,
 
 std::vector<std::byte> make_eye(const SessionConfig& config, const BakedSession& baked,
                                 uint32_t object) {
-  if (object != kEyeOfTool) {
+  if (!is_eye_of_tool(object)) {
     return write(object, config.objects.at(object), arrays_of(baked.objects.at(object)), {});
   }
   if (!baked.tool) return make_sphere(config);
   const std::vector<EyePoint> points =
       baked.shell ? points_of(baked.shell->content.shell) : std::vector<EyePoint>{};
-  return write(kEyeOfTool, config.tool, arrays_of(*baked.tool), points);
+  return write(eye_of_tool(config.hand), config.tool, arrays_of(*baked.tool), points);
 }
 
 std::vector<SealedEye> make_eye_files(const SessionConfig& config, const BakedSession& baked,
@@ -133,7 +134,10 @@ std::vector<SealedEye> make_eye_files(const SessionConfig& config, const BakedSe
     if (pieces == nullptr || pieces->tree.pieces.empty()) return;
     add(pieces_id(object), shape, [&] { return make_piece_eye(object, shape, pieces->tree); });
   };
-  add_both(kEyeOfTool, config.tool, baked.tool_pieces ? &*baked.tool_pieces : nullptr);
+  add_both(eye_of_tool(config.hand), config.tool,
+           baked.tool_pieces ? &*baked.tool_pieces : nullptr);
+  // the contact of the first hand draws the objects for all
+  if (config.hand != kFirstHand) return eyes;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     add_both(i, config.objects[i], i < baked.pieces.size() ? &baked.pieces[i] : nullptr);
   }

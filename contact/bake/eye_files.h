@@ -23,7 +23,7 @@ struct SealedEye {
   FileDescriptor file;
 };
 
-/// The bytes of the eye file of one object, or of the tool (kEyeOfTool): the mesh for display; of
+/// The bytes of the eye file of one object, or of the tool (eye_of_tool): the mesh for display; of
 /// the tool also the points of its voxel shell, at most 65,536 of them, evenly taken. A tool
 /// without a mesh is a sphere: of the session's radius where the renderer moves a sphere, else of
 /// kPointRadius. Throws EyeError.

@@ -91,6 +91,7 @@ ContactModel build_contact_model(const SessionConfig& config, const ContactShape
   HAPTIC_ASSERT(config.servo_rate > 0 && config.proxy_radius >= 0);
   ContactModel model;
   model.shapes.assign(shapes.objects.begin(), shapes.objects.begin() + config.n_objects);
+  model.hand = config.hand;
   model.renderer = config.renderer;
   model.servo_period = model.prediction = 1 / config.servo_rate;
   model.radius = config.proxy_radius;
@@ -118,7 +119,7 @@ PointScene scene_at(const ContactModel& model, const SceneFrame* scene, const Se
   now.epsilon = model.epsilon;
   if (scene == nullptr) return now;
   for (uint32_t i = 0; i < std::min(model.shapes.size(), scene->objects.size()); ++i) {
-    now.X_WO[i] = object_pose_at(*scene, i, t_ns, push_of(servo));
+    now.X_WO[i] = object_pose_at(*scene, i, t_ns, push_of(servo, model.hand));
   }
   return now;
 }
@@ -128,7 +129,7 @@ PerObject<Twist> twists_at(const ContactModel& model, const SceneFrame* scene,
   PerObject<Twist> V_WO(model.shapes.size());
   if (scene == nullptr) return V_WO;
   for (uint32_t i = 0; i < std::min(model.shapes.size(), scene->objects.size()); ++i) {
-    V_WO[i] = object_twist_at(*scene, i, servo.t_ns, push_of(servo));
+    V_WO[i] = object_twist_at(*scene, i, servo.t_ns, push_of(servo, model.hand));
   }
   return V_WO;
 }

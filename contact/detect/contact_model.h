@@ -29,6 +29,7 @@ struct ContactModel {
   std::vector<MeshShape> shapes;                    // of the objects
   PerObject<Pose> X_WO;                             // configured poses, until a SceneFrame arrives
   double epsilon = 1e-7;                            // stand-off of the verified proxy [m]
+  uint32_t hand = kFirstHand;                       // whose tool it is
   double radius = 0;                                // of the proxy of virtual-proxy3 [m]
   std::array<double, kMaxObjects> crease_cosine{};  // smoother edges are shaded; 1: none
   double servo_period = 1e-3;                       // [s]

@@ -253,9 +253,9 @@ void see_felt(const GivenTouchModel& model, GivenTouchState& state, const ServoF
 
 }  // namespace
 
-GivenTouchModel build_given_touch(const SessionConfig& config, uint32_t hand) {
+GivenTouchModel build_given_touch(const SessionConfig& config) {
   GivenTouchModel model;
-  model.hand = hand;
+  model.hand = config.hand;
   model.n_objects = config.n_objects;
   for (uint32_t c = 0; c < config.n_clients; ++c) {
     const ClientConfig& client = config.clients[c];

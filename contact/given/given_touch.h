@@ -44,7 +44,7 @@ struct GivenTouchModel {
   uint32_t hand = kFirstHand;
   uint32_t n_objects = 0;
 };
-GivenTouchModel build_given_touch(const SessionConfig& config, uint32_t hand = kFirstHand);
+GivenTouchModel build_given_touch(const SessionConfig& config);
 
 /// A plane, and how far along its normal the tool's origin lies at least where its point meets it.
 struct KeptPlane {

@@ -21,6 +21,8 @@ struct ConfigError : InputError {
 /// Why a session cannot have this name, which becomes the name of a socket, and how to mend it;
 /// empty if it can.
 std::string session_name_problem(std::string_view name);
+/// Likewise of a hand, which people name on the command line.
+std::string hand_name_problem(std::string_view name);
 
 /// Copies text into a fixed array; throws ConfigError if it does not fit.
 template <size_t N>

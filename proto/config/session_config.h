@@ -110,12 +110,16 @@ struct SafetyConfig {
   uint32_t armed_at_start = 1;         // 0: waits for `hapt arm`, the default of a real device
 };
 
-/// A parsed and checked session. Trivially copyable: hapticd parses the file once and hands a copy
-/// to every process it starts, in a sealed memfd.
+/// A parsed and checked session, as one of its hands has it. Trivially copyable: hapticd parses the
+/// file once and hands each process that it starts the copy of its hand, in a sealed memfd. The
+/// scene is the same in all.
 struct SessionConfig {
   Name name{};
-  Path file{};                      // path of the session file
-  double servo_rate = 1000;         // [Hz]
+  uint32_t hand = kFirstHand;  // the hand that device, map, tool, renderer and limits are of
+  uint32_t n_hands = 1;        // of the session
+  std::array<Name, kMostHands> hand_names{};  // "" where the session file has no [[hand]]
+  Path file{};                                // path of the session file
+  double servo_rate = 1000;                   // [Hz]
   double contact_poll_rate = 4000;  // how often contact looks again for a late ServoFrame [Hz]
   double sim_rate = 120;            // [Hz]; 1 kHz where something can be pushed
   Vec3 gravity_W;                   // of the bodies with mass [m/s²]

@@ -26,14 +26,18 @@ enum class SegmentId : uint32_t {
   kPieces0 = 0x300
 };
 
-/// The servo and the contact of a hand.
+/// The desired state, the servo and the contact of a hand.
 inline constexpr uint32_t kIdsOfHand = 0x10;
+constexpr SegmentId control_segment(uint32_t hand) {
+  return SegmentId{kIdsOfHand * hand + 1};
+}
 constexpr SegmentId servo_segment(uint32_t hand) {
   return SegmentId{kIdsOfHand * hand + 2};
 }
 constexpr SegmentId contact_segment(uint32_t hand) {
   return SegmentId{kIdsOfHand * hand + 3};
 }
+static_assert(control_segment(kFirstHand) == SegmentId::kControl);
 static_assert(contact_segment(kMostHands - 1) < SegmentId::kClient0);
 
 /// How many eye files of a kind there can be: of each hand's tool and of each object.
@@ -145,9 +149,15 @@ struct DrawChannels {
   using Rings = std::tuple<decltype(pieces)>;
 };
 
+inline constexpr std::array<const char*, kMostHands> kControlNames{"control", "control1",
+                                                                   "control2", "control3"};
+
+/// What people want of a hand, as its servo has to have it. The scene is the first hand's.
 struct ControlChannels {
-  static constexpr SegmentId kId = SegmentId::kControl;
-  static constexpr const char* kName = "control";
+  static constexpr SegmentId kId = control_segment(kFirstHand);
+  static constexpr const char* kName = kControlNames[kFirstHand];
+  static constexpr SegmentId id(uint32_t hand) { return control_segment(hand); }
+  static constexpr const char* name(uint32_t hand) { return kControlNames.at(hand); }
   Ring<ControlFrame, 64> frames;
   Ring<Event, 256> events;
   using Rings = std::tuple<decltype(frames), decltype(events)>;

@@ -232,6 +232,13 @@ FileDescriptor HandoutServer::connect_child(SegmentId id, uint64_t generation) {
   return child_end;
 }
 
+void HandoutServer::become(SegmentId id, uint64_t generation, SegmentId other) {
+  for (auto& [number, peer] : peers_) {
+    const bool is_it = peer.is_child && peer.owns == id && peer.generation == generation;
+    if (is_it) peer.owns = other;
+  }
+}
+
 void HandoutServer::forget_children(SegmentId id, uint64_t before_generation) {
   std::erase_if(peers_, [&](const auto& p) {
     const Peer& peer = p.second;

@@ -52,6 +52,9 @@ class HandoutServer {
   /// `generation` on. Returns the child's end, which is closed on exec unless kept.
   FileDescriptor connect_child(SegmentId id, uint64_t generation);
 
+  /// The child that may offer `id` from that generation on may offer `other` in its place.
+  void become(SegmentId id, uint64_t generation, SegmentId other);
+
   /// Ignores whatever older children of that id still send: they are dead.
   void forget_children(SegmentId id, uint64_t before_generation);
 

@@ -72,13 +72,14 @@ ChildArguments parse_child_arguments(int argc, char** argv) {
        {"--device-fd", &ChildArguments::device_fd},
        {"--spare-fd", &ChildArguments::spare_fd}}};
   ChildArguments arguments;
-  bool ok = argc == 7 || argc == 9;  // at most one of the last two
+  bool ok = argc == 9 || argc == 11;  // at most one of the last two
   for (int i = 1; ok && i + 1 < argc; i += 2) {
     const std::string_view key = argv[i];
-    if (key == "--generation") {
-      const auto generation = number_from<uint64_t>(argv[i + 1]);
-      ok = generation.has_value();
-      arguments.generation = generation.value_or(0);
+    if (key == "--generation" || key == "--hand") {
+      const auto number = number_from<uint64_t>(argv[i + 1]);
+      ok = number.has_value() && (key == "--generation" || *number < kMostHands);
+      if (key == "--generation") arguments.generation = number.value_or(0);
+      if (key == "--hand" && ok) arguments.hand = static_cast<uint32_t>(*number);
       continue;
     }
     const auto row = std::ranges::find(kDescriptors, key, [](const auto& d) { return d.first; });
@@ -88,8 +89,8 @@ ChildArguments parse_child_arguments(int argc, char** argv) {
   }
   if (!ok || arguments.config_fd < 0 || arguments.control_fd < 0 || arguments.generation == 0) {
     throw std::invalid_argument(
-        "started by hapticd with --config-fd N --control-fd M --generation G [--device-fd D | "
-        "--spare-fd S]; start 'hapticd CONFIG.toml' instead");
+        "started by hapticd with --config-fd N --control-fd M --generation G --hand H [--device-fd "
+        "D | --spare-fd S]; start 'hapticd CONFIG.toml' instead");
   }
   return arguments;
 }
@@ -104,7 +105,7 @@ bool introduce(int argc, char** argv, const char* program) {
   } else if (word == "-h" || word == "--help") {
     std::printf(
         "A process of a session, started by hapticd.\n\n"
-        "Usage: %s --config-fd N --control-fd M --generation G\n"
+        "Usage: %s --config-fd N --control-fd M --generation G --hand H\n"
         "         [--device-fd D | --spare-fd S]\n\n"
         "Example:\n  hapticd configs/bunny.toml\n",
         program);
@@ -151,35 +152,40 @@ void die_with_parent(int control_fd) {
   if (poll(&peer, 1, 0) > 0 && (peer.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) raise(SIGTERM);
 }
 
-bool await_turn(int spare_fd, const std::function<void()>& look) {
-  HAPTIC_ASSERT(look != nullptr);
+std::optional<uint32_t> await_turn(int spare_fd, const std::function<void()>& look) {
+  HAPTIC_ASSERT(look != nullptr && spare_fd >= 0);
   constexpr int kLookMs = 1000;
-  if (spare_fd < 0) return true;
   send(spare_fd, &kSpareReady, 1, MSG_NOSIGNAL);
   while (!stop_requested()) {
     pollfd told{spare_fd, POLLIN, 0};
     if (poll(&told, 1, kLookMs) > 0) {
       char word = 0;
-      return recv(spare_fd, &word, 1, 0) == 1 && word == kSpareTurn;
+      const bool is_hand = recv(spare_fd, &word, 1, 0) == 1 && word >= kSpareTurn &&
+                           word < kSpareTurn + static_cast<char>(kMostHands);
+      if (!is_hand) return {};
+      return static_cast<uint32_t>(word - kSpareTurn);
     }
     look();
   }
-  return false;
+  return {};
 }
 
-SessionConfig read_config(int config_fd) {
+std::vector<SessionConfig> read_configs(int config_fd) {
   const FileDescriptor fd(config_fd);
   struct stat status {};
-  if (fstat(fd.get(), &status) != 0 || status.st_size != sizeof(SessionConfig)) {
+  const bool is_there = fstat(fd.get(), &status) == 0 && status.st_size > 0;
+  const size_t size = is_there ? static_cast<size_t>(status.st_size) : 0;
+  const size_t n = size / sizeof(SessionConfig);
+  if (n == 0 || n > kMostHands || size != n * sizeof(SessionConfig)) {
     throw SegmentError(SegmentFault::kWrongLayout,
                        "the configuration handed over is not that of this build; build all "
                        "programs of the session from the same source");
   }
-  SessionConfig config;
-  if (pread(fd.get(), &config, sizeof config, 0) != sizeof config) {
+  std::vector<SessionConfig> hands(n);
+  if (pread(fd.get(), hands.data(), size, 0) != static_cast<ssize_t>(size)) {
     throw std::system_error(errno, std::generic_category(), "cannot read the configuration");
   }
-  return config;
+  return hands;
 }
 
 AttachOptions child_attach_options(const SessionConfig& config) {

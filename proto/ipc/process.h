@@ -7,8 +7,12 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "proto/config/config.h"
 #include "proto/ipc/attachments.h"
@@ -23,7 +27,7 @@
 ///
 ///   int run(const ChildArguments& arguments) {
 ///     Child<ContactChannels> child(arguments);      // maps the config, makes the segment
-///     auto hand = child.ring<&ServoChannels::frames>(Start::kNewest);
+///     auto hand = child.ring<&ServoChannels::frames>(Start::kNewest);  // of its own hand
 ///     auto scene = child.ring<&SimChannels::frames>(Start::kNewest);
 ///     const ContactModel model = build(child.config());  // may throw: exit code 2, no restart
 ///     child.start({.fifo_priority = 60, .lock_memory = true});  // offer, attach, go real time
@@ -59,14 +63,15 @@ struct DeviceError : MessageError {
   using MessageError::MessageError;
 };
 
-/// hapticd's command line for a child: --config-fd N --control-fd M --generation G, plus
+/// hapticd's command line for a child: --config-fd N --control-fd M --generation G --hand H, plus
 /// --device-fd D for the servo of a device with a node, or --spare-fd S for a spare.
 struct ChildArguments {
-  int config_fd = -1;   // sealed memfd with a SessionConfig
+  int config_fd = -1;   // sealed memfd with a SessionConfig for each hand
   int control_fd = -1;  // this end of the socket pair
   uint64_t generation = 0;
-  int device_fd = -1;  // the open device node; −1: the servo opens it itself
-  int spare_fd = -1;   // tells a spare to take over; −1: not a spare
+  int device_fd = -1;          // the open device node; −1: the servo opens it itself
+  int spare_fd = -1;           // tells a spare to take over; −1: not a spare
+  uint32_t hand = kFirstHand;  // of a servo or a contact
 };
 
 /// Throws std::invalid_argument with the usage line.
@@ -88,16 +93,17 @@ void request_stop() noexcept;
 /// (its pid may have been reused).
 void die_with_parent(int control_fd);
 
-/// The byte that a spare sends over its socket once it waits, and the one that ends its wait.
-inline constexpr char kSpareReady = 'r', kSpareTurn = 't';
+/// The byte that a spare sends over its socket once it waits, and the one that ends its wait: this
+/// and the number of the hand whose contact is dead.
+inline constexpr char kSpareReady = 'r', kSpareTurn = '0';
 
-/// A spare sleeps until its predecessor is dead and calls `look` once a second; any other process
-/// continues at once. False: asked to stop, or hapticd is gone.
-bool await_turn(int spare_fd, const std::function<void()>& look);
+/// A spare sleeps until a contact is dead, calling `look` once a second, and returns the hand that
+/// it was of. Empty: asked to stop, or hapticd is gone.
+std::optional<uint32_t> await_turn(int spare_fd, const std::function<void()>& look);
 
-/// A copy of the configuration in a sealed memfd. Throws SegmentError if its size is not that of
-/// this build's SessionConfig.
-SessionConfig read_config(int config_fd);
+/// A copy of the configurations in a sealed memfd, by hand. Throws SegmentError if its size is not
+/// that of this build's.
+std::vector<SessionConfig> read_configs(int config_fd);
 
 /// Options of a child's attach thread: locks each segment if the session is real time, prints
 /// refused segments, and requests a stop when hapticd is gone.
@@ -111,18 +117,38 @@ class Child {
  public:
   explicit Child(const ChildArguments& arguments)
       : arguments_(arguments),
-        config_(prepare(arguments)),
-        segment_(arguments.generation),
-        attachments_(FileDescriptor(arguments.control_fd), child_attach_options(config_)) {}
+        hands_(prepare(arguments)),
+        attachments_(FileDescriptor(arguments.control_fd), child_attach_options(config())) {
+    for (uint32_t hand = 0; hand < hands_.size(); ++hand) {
+      const bool is_possible = hand == arguments.hand || arguments.spare_fd >= 0;
+      segments_.push_back(is_possible ? std::make_unique<Writer>(arguments.generation, hand)
+                                      : nullptr);
+    }
+  }
 
-  const SessionConfig& config() const noexcept { return config_; }
-  Channels& channels() noexcept { return segment_.channels(); }
-  SegmentWriter<Channels>& segment() noexcept { return segment_; }
+  uint32_t hand() const noexcept { return arguments_.hand; }
+  uint32_t n_hands() const noexcept { return static_cast<uint32_t>(hands_.size()); }
+  /// The session as its own hand has it, or another one.
+  const SessionConfig& config() const noexcept { return hands_[arguments_.hand]; }
+  const SessionConfig& config(uint32_t hand) const { return hands_.at(hand); }
+  Channels& channels() noexcept { return segment().channels(); }
+  SegmentWriter<Channels>& segment() noexcept { return *segments_[arguments_.hand]; }
   uint64_t generation() const noexcept { return arguments_.generation; }
 
-  /// A ring of another process, of the hand or the client with that number; make it before start().
+  /// A spare is from now on of this hand.
+  void become(uint32_t hand) {
+    HAPTIC_ASSERT(hand < segments_.size() && segments_[hand] != nullptr);
+    arguments_.hand = hand;
+  }
+
+  /// A ring of another process: of its own hand, or of the hand or the client with that number.
+  /// Make it before start().
   template <auto kMember>
-  RingSource<kMember> ring(Start start, uint32_t number = kFirstHand) {
+  RingSource<kMember> ring(Start start) {
+    return ring<kMember>(start, arguments_.hand);
+  }
+  template <auto kMember>
+  RingSource<kMember> ring(Start start, uint32_t number) {
     return attachments_.ring<kMember>(start, number);
   }
 
@@ -142,21 +168,21 @@ class Child {
   /// Makes this thread as real time as the session wants and the kernel permits (reported in the
   /// header and the kStarted event). Without `realtime` in the config nothing is requested.
   void enter_realtime(RealtimeOptions wanted) {
-    if (config_.realtime == 0) wanted = {.fifo_priority = 0, .lock_memory = false};
+    if (config().realtime == 0) wanted = {.fifo_priority = 0, .lock_memory = false};
     realtime_ = haptic::enter_realtime(wanted);
-    segment_.set_realtime(realtime_);
+    segment().set_realtime(realtime_);
   }
 
   /// Offers the segment and marks its writer as running.
   void offer() {
-    segment_.beat(0, now_ns());
-    segment_.set_state(SegmentState::kRun);
+    segment().beat(0, now_ns());
+    segment().set_state(SegmentState::kRun);
     event(EventCode::kStarted,
-          {static_cast<double>(segment_.header().pid.load()),
+          {static_cast<double>(segment().header().pid.load()),
            static_cast<double>(arguments_.generation), static_cast<double>(realtime_.bits),
            static_cast<double>(realtime_.fifo_errno), static_cast<double>(realtime_.memory_errno)});
-    offer_segment(arguments_.control_fd, Channels::kId, arguments_.generation, Channels::kName,
-                  segment_.fd());
+    const SegmentSpec spec = segment_spec<Channels>(hand());
+    offer_segment(arguments_.control_fd, spec.id, arguments_.generation, spec.name, segment().fd());
   }
 
   /// Offers a sealed file beside the segment. Throws HandoutError.
@@ -171,30 +197,35 @@ class Child {
   void beat(const Tick& tick) noexcept {
     HAPTIC_ASSERT(tick.index >= last_tick_.index);
     last_tick_ = tick;
-    segment_.beat(tick.index, tick.deadline_ns + tick.late_ns);
+    segment().beat(tick.index, tick.deadline_ns + tick.late_ns);
   }
 
   void event(EventCode code, const std::array<double, 5>& numbers) noexcept {
-    segment_.channels().events.publish(
-        {now_ns(), static_cast<uint32_t>(code), static_cast<uint32_t>(Channels::kId), numbers});
+    segment().channels().events.publish({now_ns(), static_cast<uint32_t>(code),
+                                         static_cast<uint32_t>(segment_spec<Channels>(hand()).id),
+                                         numbers});
   }
 
   /// After the loop: publishes a summary and marks the segment as ended.
   void finish() noexcept {
     event(EventCode::kStopped, {static_cast<double>(last_tick_.index + 1 - last_tick_.skipped),
                                 static_cast<double>(last_tick_.skipped), 0, 0, 0});
-    segment_.set_state(SegmentState::kDead);
+    segment().set_state(SegmentState::kDead);
   }
 
  private:
-  static SessionConfig prepare(const ChildArguments& arguments) {
+  using Writer = SegmentWriter<Channels>;
+
+  static std::vector<SessionConfig> prepare(const ChildArguments& arguments) {
     die_with_parent(arguments.control_fd);
-    return read_config(arguments.config_fd);
+    std::vector<SessionConfig> hands = read_configs(arguments.config_fd);
+    if (arguments.hand < hands.size()) return hands;
+    throw std::invalid_argument("the session has no hand " + std::to_string(arguments.hand));
   }
 
   ChildArguments arguments_;
-  SessionConfig config_;
-  SegmentWriter<Channels> segment_;
+  std::vector<SessionConfig> hands_;
+  std::vector<std::unique_ptr<Writer>> segments_;  // by hand; null: it cannot become of that one
   Attachments attachments_;
   RealtimeReport realtime_;
   Tick last_tick_{};

@@ -23,6 +23,10 @@ TopicInfo contact_info(uint32_t hand) {
   return info_of(contact_topic(hand), "answers of collision detection");
 }
 
+TopicInfo control_info(uint32_t hand) {
+  return info_of(control_topic(hand), "desired state of the session");
+}
+
 /// The topics of the hands behind the first, and of the clients.
 const std::vector<TopicInfo>& topics_of_others() {
   static const std::vector<TopicInfo> topics = [] {
@@ -30,6 +34,7 @@ const std::vector<TopicInfo>& topics_of_others() {
     for (uint32_t hand = kFirstHand + 1; hand < kMostHands; ++hand) {
       all.push_back(servo_info(hand));
       all.push_back(contact_info(hand));
+      all.push_back(control_info(hand));
     }
     for (uint32_t client = 0; client < kMostClients; ++client) {
       all.push_back(info_of(given_topic(client), "what a client gives"));
@@ -55,7 +60,7 @@ const std::array<TopicInfo, 5> kTopics{
     servo_info(kFirstHand),
     contact_info(kFirstHand),
     info_of(kSimTopic, "poses of the objects"),
-    info_of(kControlTopic, "desired state of the session"),
+    control_info(kFirstHand),
     info_of(kEventTopic, "starts, stops, changes of flags, losses"),
 };
 

@@ -46,8 +46,14 @@ constexpr Topic<ServoFrame> servo_topic(uint32_t hand) {
 constexpr Topic<ContactSet> contact_topic(uint32_t hand) {
   return {view_of(kContactTopics[hand])};
 }
+inline constexpr std::array<std::string_view, kMostHands> kControlTopics{
+    "/control/frame", "/control1/frame", "/control2/frame", "/control3/frame"};
+/// The topic of what people want of a hand.
+constexpr Topic<ControlFrame> control_topic(uint32_t hand) {
+  return {kControlTopics[hand]};
+}
 inline constexpr Topic<SceneFrame> kSimTopic{"/sim/frame"};
-inline constexpr Topic<ControlFrame> kControlTopic{"/control/frame"};
+inline constexpr Topic<ControlFrame> kControlTopic = control_topic(kFirstHand);
 inline constexpr Topic<Event> kEventTopic{"/events"};
 
 inline constexpr std::array<std::string_view, kMostClients> kGivenTopics{

@@ -39,7 +39,7 @@ struct HandPush {
   std::span<const ObjectPush> pushes;
 };
 
-inline HandPush push_of(const ServoFrame& frame, uint32_t hand = kFirstHand) {
+inline HandPush push_of(const ServoFrame& frame, uint32_t hand) {
   return {hand, frame.t_ns, frame.impulses_since_ns, frame.pushes};
 }
 
@@ -171,6 +171,22 @@ inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t
 inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
                              const HandPush& push) {
   return object_twist_at(scene, object, t_ns, unseen_push(scene, object, t_ns, push));
+}
+
+/// Moves the objects of a scene by what another hand has pushed them with and sim has not used yet:
+/// from then on they are where that hand has brought them, for who places them by its own pushes.
+/// What is unseen grows linearly with time, so that a pose and a twist at the scene's instant stand
+/// for it: X + M⁻¹ [S − S_seen − J_seen (t − t_seen)], V + M⁻¹ (J − J_seen).
+inline void add_pushes_of_other(SceneFrame& scene, const HandPush& push) {
+  for (uint32_t i = 0; i < scene.objects.size(); ++i) {
+    const ObjectResponse* response = response_of(scene, i);
+    if (response == nullptr) continue;
+    SceneObject& object = scene.objects[i];
+    const UnseenPush unseen = unseen_push(scene, i, object.t_ns, push);
+    const Twist way = moved_by(response->mobility, unseen.impulse_time_W);
+    if (way != Twist{}) object.X_WO = extrapolate(object.X_WO, way, 1);
+    object.V_WO = object.V_WO + moved_by(response->mobility, unseen.impulse_W);
+  }
 }
 
 /// Velocity in W of the point p_W fixed to the object.

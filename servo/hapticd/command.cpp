@@ -9,6 +9,7 @@
 
 #include "proto/config/config_warnings.h"
 #include "proto/config/devices.h"
+#include "proto/config/hand_config.h"
 #include "proto/config/quantity.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/os/message.h"
@@ -259,6 +260,23 @@ const CommandRow& find_command(std::string_view word, std::string_view rest) {
 }
 
 }  // namespace
+
+AddressedLine read_address(std::string_view line, const SessionConfig& config) {
+  AddressedLine out{line, {}};
+  for (uint32_t hand = 0; hand < config.n_hands; ++hand) out.hands.push_back(hand);
+  if (take_word(line) != "hand") return out;
+  const std::string_view name = take_word(line);
+  out.line = line;
+  if (name == "all") return out;
+  const auto hand = hand_named(config, name);
+  if (hand) {
+    out.hands = {*hand};
+  } else {
+    out.problem =
+        "the session has no hand '" + shown(name) + "'; it has " + names_of_all_hands(config);
+  }
+  return out;
+}
 
 ControlCommand apply_command(std::string_view line, const SessionConfig& config,
                              ControlFrame& wanted) try {

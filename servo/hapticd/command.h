@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "proto/config/config.h"
 #include "proto/wire/wire.h"
@@ -24,7 +25,16 @@ struct ControlCommand {
   std::string warning = {};  // one line: what to know of a change; empty: nothing
 };
 
-/// Parses one line and applies it to the desired state, wholly or not at all:
+/// A line without the hand that it names, and the hands that it is for: the one of "hand NAME …",
+/// else all.
+struct AddressedLine {
+  std::string_view line;
+  std::vector<uint32_t> hands;
+  std::string problem = {};  // one line: the session has no such hand; empty: it has
+};
+AddressedLine read_address(std::string_view line, const SessionConfig& config);
+
+/// Parses one line and applies it to the desired state of a hand, wholly or not at all:
 ///   status (one line of JSON) | status text | config | stop
 ///   clear-fault | arm | disarm | pause | resume
 ///   set stiffness "500 N/m" | set damping "2 N·s/m" | set time-scale 0.5

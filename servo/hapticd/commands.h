@@ -10,6 +10,8 @@
 #include "proto/ipc/attachments.h"
 #include "proto/ipc/control_socket.h"
 #include "servo/hapticd/children.h"
+#include "servo/hapticd/command.h"
+#include "servo/hapticd/echoes.h"
 #include "servo/hapticd/giving/give_server.h"
 #include "servo/hapticd/leads.h"
 #include "servo/hapticd/session_run.h"
@@ -39,22 +41,15 @@ class Commands {
   void look(int64_t t_ns);
   /// Whose seats the status shows; null: no client may give.
   void show_givers(const GiveServer* givers) { givers_ = givers; }
-  /// A fault outlives the servo that found it, until it is cleared.
-  void keep_fault();
+  /// A hand's fault outlives the servo that found it, until it is cleared.
+  void keep_fault(uint32_t hand);
   /// Listens again if its socket was removed. Throws HandoutError.
   void restore() { socket_.restore(); }
 
  private:
-  /// A requested change that the servo has not yet echoed.
-  struct Unanswered {
-    uint64_t peer;
-    uint64_t revision;
-    bool clears_fault;
-    int64_t give_up_ns;
-    std::string warning;
-  };
-
   void take(uint64_t peer, std::string_view line);
+  void change(uint64_t peer, std::string_view line, const ControlCommand& command,
+              const std::vector<uint32_t>& hands, const std::vector<ControlFrame>& wanted);
   SessionStatus status();
 
   SessionRun& session_;
@@ -63,13 +58,17 @@ class Commands {
   const std::time_t since_ = std::time(nullptr);
   ControlServer socket_;
   Leads leads_;
-  std::vector<Unanswered> unanswered_;
-  RingSource<&ServoChannels::frames> servo_frames_;
+  Echoes echoes_;
+  /// What is heard of a hand.
+  struct Heard {
+    RingSource<&ServoChannels::frames> servo_frames;
+    RingSource<&ContactChannels::sets> contact_sets;
+    ServoFrame servo{};  // the newest
+    ContactSet contact{};
+  };
+  std::vector<Heard> heard_;  // by hand
   RingSource<&SimChannels::frames> sim_frames_;
-  RingSource<&ContactChannels::sets> contact_sets_;
-  ServoFrame servo_frame_{};  // the newest
   SceneFrame scene_frame_{};  // the newest
-  ContactSet contact_set_{};
 };
 
 }  // namespace haptic

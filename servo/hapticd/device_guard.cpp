@@ -44,7 +44,7 @@ DeviceGuard::DeviceGuard(const SessionConfig& config, Attachments& attachments)
       period_ns_(period_ns(config.servo_rate)),
       realtime_(config.realtime != 0),
       node_(open_node(row_of(device_.kind).node, path_)),
-      offered_(attachments.ring<&ServoChannels::releases>(Start::kOldest)) {}
+      offered_(attachments.ring<&ServoChannels::releases>(Start::kOldest, config.hand)) {}
 
 DeviceGuard::~DeviceGuard() {
   ending_ = true;

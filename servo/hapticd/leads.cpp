@@ -7,15 +7,17 @@
 
 namespace haptic {
 
-void Leads::take(std::string_view line) {
-  const bool was_led = until_ns_.has_value(), is_led = session_.desired.frame.leading != 0;
+void Leads::take(uint32_t hand, std::string_view line) {
+  DesiredState& desired = session_.desired[hand];
+  std::optional<int64_t>& until_ns = until_ns_[hand];
+  const bool was_led = until_ns.has_value(), is_led = desired.frame.leading != 0;
   const int64_t t_ns = now_ns();
-  until_ns_.reset();
+  until_ns.reset();
   if (is_led) {
-    session_.desired.frame.intent_t_ns = t_ns;
-    until_ns_ = t_ns + kLeadNs;
+    desired.frame.intent_t_ns = t_ns;
+    until_ns = t_ns + kLeadNs;
   }
-  session_.desired.publish(t_ns);
+  desired.publish(t_ns);
   if (is_led == was_led) return;
   session_.log.write(
       LogLevel::kInfo, "hapticd",
@@ -23,12 +25,15 @@ void Leads::take(std::string_view line) {
 }
 
 void Leads::look(int64_t t_ns) {
-  if (!until_ns_ || t_ns <= *until_ns_) return;
-  until_ns_.reset();
-  session_.desired.frame.leading = 0;
-  session_.desired.change(t_ns);
-  session_.log.write(LogLevel::kInfo, "hapticd",
-                     "nobody leads the hand any more: no command for 200 ms");
+  for (uint32_t hand = 0; hand < session_.hands.size(); ++hand) {
+    std::optional<int64_t>& until_ns = until_ns_[hand];
+    if (!until_ns || t_ns <= *until_ns) continue;
+    until_ns.reset();
+    session_.desired[hand].frame.leading = 0;
+    session_.desired[hand].change(t_ns);
+    session_.log.write(LogLevel::kInfo, "hapticd",
+                       "nobody leads the hand any more: no command for 200 ms");
+  }
 }
 
 }  // namespace haptic

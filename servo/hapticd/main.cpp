@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "proto/config/command_line.h"
@@ -60,29 +61,37 @@ int run(Options options) {
   allow_descriptors();
   options.config_path = haptic::find_session_file(options.config_path);
   std::string text = haptic::read_config_text(options.config_path);
-  haptic::SessionConfig config = haptic::parse_config(text, options.config_path);
+  std::vector<haptic::SessionConfig> hands = haptic::parse_hands(text, options.config_path);
+  // what the command line replaces is the first hand's
+  haptic::SessionConfig& first = hands.front();
   if (options.replay.is_any()) {
-    haptic::use_replay(config, options.replay);
+    haptic::use_replay(first, options.replay);
     text += "\n# replaced by the command line:" + haptic::replay_words(options.replay) + "\n";
   }
   if (!options.renderer.empty()) {
-    haptic::use_renderer(config, options.renderer);
+    haptic::use_renderer(first, options.renderer);
     text += "\n# its renderer was replaced: --renderer " + options.renderer + "\n";
   }
-  const std::string beyond = haptic::too_stiff(config);
+  std::string beyond;
+  std::vector<std::string> warnings;
+  for (const haptic::SessionConfig& hand : hands) {
+    if (beyond.empty()) beyond = haptic::too_stiff(hand);
+    for (const std::string& line : haptic::config_warnings(hand)) {
+      if (std::ranges::find(warnings, line) == warnings.end()) warnings.push_back(line);
+    }
+  }
   if (!beyond.empty()) {
     if (!options.force) throw haptic::InputError(options.config_path + ": " + beyond);
     text += "\n# forced: --force\n";
   }
-  const std::vector<std::string> warnings = haptic::config_warnings(config);
   if (options.check_only) check(options.config_path, warnings);
   const std::string session =
-      options.session.empty() ? std::string(haptic::view(config.name)) : options.session;
+      options.session.empty() ? std::string(haptic::view(first.name)) : options.session;
   haptic::HapticdLog log(options.json);
   for (const std::string& line : warnings) {
     log.write(haptic::LogLevel::kWarning, "hapticd", options.config_path + ": " + line);
   }
-  return haptic::Supervisor(config, text, session, log).run();
+  return haptic::Supervisor(std::move(hands), text, session, log).run();
 }
 
 }  // namespace

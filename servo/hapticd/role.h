@@ -47,6 +47,7 @@ struct Role {
   const char* program;
   const char* name;
   SegmentId id;
+  uint32_t hand;  // of a servo or a contact
   int64_t period_ns;
   int64_t (*delay_ns)(int deaths_in_a_row, int64_t lived_ns);
   std::optional<Events> events = {};  // of its segment; none: a spare has not offered it

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "proto/config/config.h"
 #include "proto/ipc/control.h"
@@ -13,10 +14,13 @@
 
 namespace haptic {
 
-/// The state that people want of a session, and the ring that tells its processes.
+/// The state that people want of a hand, and the ring that tells its processes.
 struct DesiredState {
   ControlFrame frame;
-  SegmentWriter<ControlChannels> segment{1};
+  SegmentWriter<ControlChannels> segment;
+
+  explicit DesiredState(const SessionConfig& config)
+      : frame(initial_control(config)), segment(1, config.hand) {}
 
   /// Publishes a frame that has changed, by its new revision.
   void change(int64_t t_ns) {
@@ -32,12 +36,13 @@ struct DesiredState {
 
 /// The session that all parts of hapticd work on.
 struct SessionRun {
-  const SessionConfig config;
+  const std::vector<SessionConfig> hands;  // the session as each hand has it
   const std::string config_text;  // the file as read, for those who may control the session
   const std::string name;
   HapticdLog& log;
+  const SessionConfig& config = hands.front();  // of what is not a hand's
   HandoutServer server{name};
-  DesiredState desired{initial_control(config)};
+  std::vector<DesiredState> desired{hands.begin(), hands.end()};  // by hand
   std::optional<int> exit_code = {};  // of hapticd; none: the session goes on
 
   /// The worst of several reasons gives the exit code.

@@ -28,27 +28,65 @@ std::string age_text(std::time_t seconds) {
   return fmt::format("{} days", seconds / kDay);
 }
 
-std::vector<std::string> closed_by(const SessionStatus& status) {
-  const auto& servo = status.processes.back();
-  if (!servo.runs)
+using Hand = SessionStatus::Hand;
+
+std::vector<std::string> closed_by(const Hand& hand) {
+  if (!hand.runs)
     return {"the servo does not run (contact prepares the meshes first; see the log)"};
-  return reasons_for_no_force(status.servo);
+  return reasons_for_no_force(hand.servo);
 }
 
-std::string_view renderer_of(const SessionStatus& status) {
-  return row_of(static_cast<Renderer>(status.wanted.renderer)).name;
+std::string_view renderer_of(const Hand& hand) {
+  return row_of(static_cast<Renderer>(hand.wanted.renderer)).name;
 }
 
 /// Names the solver of a renderer of a soft body; empty: there is none to choose.
-std::string_view solver_name(const SessionStatus& status) {
-  const auto solver = soft_solver_of(status.wanted.solver);
-  const Moves moves = row_of(static_cast<Renderer>(status.wanted.renderer)).moves;
+std::string_view solver_name(const Hand& hand) {
+  const auto solver = soft_solver_of(hand.wanted.solver);
+  const Moves moves = row_of(static_cast<Renderer>(hand.wanted.renderer)).moves;
   if (!solver || moves != Moves::kSoftBody) return "";
   return kSoftSolverNames[static_cast<size_t>(*solver)];
 }
 
-bool is_led(const SessionStatus& status) {
-  return status.processes.back().runs && (status.servo.device.flags & kDeviceLed) != 0;
+bool is_led(const Hand& hand) {
+  return hand.runs && (hand.servo.device.flags & kDeviceLed) != 0;
+}
+
+std::string hand_text(const Hand& hand) {
+  const std::string_view solver = solver_name(hand);
+  std::string text = fmt::format(
+      "renderer   {}{}{}, stiffness {}\n", renderer_of(hand), solver.empty() ? "" : ", solver ",
+      solver, quantity_text(hand.wanted.translational_stiffness, Dimension::kStiffness));
+  text += fmt::format("device     {}\n", shown(hand.device));
+  if (is_led(hand)) {
+    const Vec3& p = hand.wanted.X_WT_intent.p;
+    text += fmt::format("hand       led to ({:.4f}, {:.4f}, {:.4f}) m\n", p.x, p.y, p.z);
+  }
+  std::string force;
+  for (const std::string& reason : closed_by(hand)) {
+    force += (force.empty() ? "closed: " : "\n           closed: ") + reason;
+  }
+  text += fmt::format("force      {}\n", force.empty() ? "open" : force);
+  return text +
+         fmt::format("state      {}\n", hand.runs ? state_text(hand.servo.flags) : "unknown");
+}
+
+Json json_of(const Hand& hand) {
+  const std::vector<std::string> closed = closed_by(hand);
+  const std::string_view solver = solver_name(hand);
+  return {{"renderer", renderer_of(hand)},
+          {"device", hand.device},
+          {"force", closed.empty() ? "open" : "closed"},
+          {"closed_by", closed},
+          {"state", words_of_flags(hand.servo.flags)},
+          {"revision", hand.wanted.revision},
+          {"armed", hand.wanted.armed != 0},
+          {"paused", hand.wanted.paused != 0},
+          {"stiffness", hand.wanted.translational_stiffness},
+          {"solver", solver.empty() ? Json(nullptr) : Json(solver)},
+          {"led", is_led(hand)},
+          {"tick", hand.servo.tick},
+          {"fault", hand.servo.fault}};
 }
 
 std::string process_text(const SessionStatus::Process& process) {
@@ -65,22 +103,10 @@ std::string status_text(const SessionStatus& status) {
   std::string text = fmt::format("session    {}, since {} ({})\n", status.session,
                                  time_text("%Y-%m-%d %H:%M:%S", status.since),
                                  age_text(status.now - status.since));
-  const std::string_view solver = solver_name(status);
-  text += fmt::format("renderer   {}{}{}, stiffness {}\n", renderer_of(status),
-                      solver.empty() ? "" : ", solver ", solver,
-                      quantity_text(status.wanted.translational_stiffness, Dimension::kStiffness));
-  text += fmt::format("device     {}\n", shown(status.device));
-  if (is_led(status)) {
-    const Vec3& p = status.wanted.X_WT_intent.p;
-    text += fmt::format("hand       led to ({:.4f}, {:.4f}, {:.4f}) m\n", p.x, p.y, p.z);
+  for (const Hand& hand : status.hands) {
+    if (status.hands.size() > 1) text += fmt::format("hand       {}\n", shown(hand.name));
+    text += hand_text(hand);
   }
-  std::string force;
-  for (const std::string& reason : closed_by(status)) {
-    force += (force.empty() ? "closed: " : "\n           closed: ") + reason;
-  }
-  text += fmt::format("force      {}\n", force.empty() ? "open" : force);
-  const bool has_state = status.processes.back().runs;
-  text += fmt::format("state      {}\n", has_state ? state_text(status.servo.flags) : "unknown");
   if (status.gone.bodies > 0) {
     text += fmt::format("scene      {}\n", out_of_reach_line(status.gone));
   }
@@ -117,33 +143,26 @@ std::string status_json(const SessionStatus& status) {
                       {"state", giver.words},
                       {"text", giver_text(giver)}});
   }
-  const std::vector<std::string> closed = closed_by(status);
-  const ControlFrame& wanted = status.wanted;
-  const std::string_view solver = solver_name(status);
-  return json_line({{"session", status.session},
-                    {"since", time_text("%Y-%m-%dT%H:%M:%S%z", status.since)},
-                    {"renderer", renderer_of(status)},
-                    {"device", status.device},
-                    {"force", closed.empty() ? "open" : "closed"},
-                    {"closed_by", closed},
-                    {"state", words_of_flags(status.servo.flags)},
-                    {"processes", processes},
-                    {"spare",
-                     {{"pid", status.spare.pid},
-                      {"generation", status.spare.generation},
-                      {"ready", status.spare.is_ready}}},
-                    {"clients", status.clients},
-                    {"giving", givers},
-                    {"revision", wanted.revision},
-                    {"armed", wanted.armed != 0},
-                    {"paused", wanted.paused != 0},
-                    {"stiffness", wanted.translational_stiffness},
-                    {"solver", solver.empty() ? Json(nullptr) : Json(solver)},
-                    {"led", is_led(status)},
-                    {"tick", status.servo.tick},
-                    {"fault", status.servo.fault},
-                    {"out_of_reach", status.gone.bodies},
-                    {"reach", status.gone.reach}});
+  Json hands = Json::array();
+  for (const Hand& hand : status.hands) {
+    hands.push_back(json_of(hand));
+    hands.back()["name"] = hand.name;
+  }
+  // what is a hand's stands for the first beside the list of all
+  Json line = json_of(status.hands.front());
+  line.update({{"session", status.session},
+               {"since", time_text("%Y-%m-%dT%H:%M:%S%z", status.since)},
+               {"hands", hands},
+               {"processes", processes},
+               {"spare",
+                {{"pid", status.spare.pid},
+                 {"generation", status.spare.generation},
+                 {"ready", status.spare.is_ready}}},
+               {"clients", status.clients},
+               {"giving", givers},
+               {"out_of_reach", status.gone.bodies},
+               {"reach", status.gone.reach}});
+  return json_line(line);
 }
 
 }  // namespace haptic

@@ -27,13 +27,18 @@ struct SessionStatus {
     uint64_t generation = 0;
     bool is_ready = false;
   };
-  std::string session, device;
+  struct Hand {
+    std::string name, device;
+    bool runs = false;  // its servo
+    ControlFrame wanted{};
+    ServoFrame servo{};  // the newest; tick 0 before the first
+  };
+  std::string session;
   std::time_t since = 0, now = 0;
+  std::vector<Hand> hands;  // one at least
   std::vector<Process> processes;
   Spare spare;
   size_t clients = 0;
-  ControlFrame wanted{};
-  ServoFrame servo{};  // the newest; tick 0 before the first
   OutOfReach gone;
   std::vector<GiverReport> givers;
 };

@@ -38,9 +38,9 @@ FileDescriptor take_signals() {
 
 }  // namespace
 
-Supervisor::Supervisor(const SessionConfig& config, std::string config_text,
+Supervisor::Supervisor(std::vector<SessionConfig> hands, std::string config_text,
                        const std::string& session, HapticdLog& log)
-    : session_{config, std::move(config_text), session, log},
+    : session_{std::move(hands), std::move(config_text), session, log},
       signals_(take_signals()),
       attachments_(connect_session(session), {.on_error =
                                                   [&log](const std::string& what) {
@@ -48,17 +48,21 @@ Supervisor::Supervisor(const SessionConfig& config, std::string config_text,
                                                   }}),
       children_(session_, attachments_),
       commands_(session_, attachments_, children_) {
-  if (config.n_clients > 0) givers_.emplace(session, session_.config);
+  if (session_.config.n_clients > 0) givers_.emplace(session, session_.config);
   commands_.show_givers(givers_ ? &*givers_ : nullptr);
 }
 
 int Supervisor::run() {
-  DesiredState& desired = session_.desired;
-  desired.segment.set_state(SegmentState::kRun);
-  desired.publish(now_ns());
-  session_.server.announce(ControlChannels::kId, 1, ControlChannels::kName, desired.segment.fd());
+  // the first hand's last: a child that has it has all there are
+  for (uint32_t hand = static_cast<uint32_t>(session_.hands.size()); hand-- > 0;) {
+    DesiredState& desired = session_.desired[hand];
+    desired.segment.set_state(SegmentState::kRun);
+    desired.publish(now_ns());
+    const SegmentSpec spec = segment_spec<ControlChannels>(hand);
+    session_.server.announce(spec.id, 1, spec.name, desired.segment.fd());
+  }
   attachments_.start();
-  children_.guard_device();
+  children_.guard_devices();
   if (session_.config.realtime != 0) {
     enter_realtime({.fifo_priority = kHousekeepingPriority, .lock_memory = false});
   }
@@ -68,7 +72,7 @@ int Supervisor::run() {
   int64_t next_look_ns = now_ns();
   while (!session_.exit_code) {
     const int64_t woke_ns = wait_for_work(next_look_ns);
-    children_.reap([this] { commands_.keep_fault(); });
+    children_.reap([this](uint32_t hand) { commands_.keep_fault(hand); });
     const int64_t t_ns = now_ns();
     children_.start_due(t_ns);
     commands_.turn(t_ns);
@@ -86,7 +90,7 @@ int Supervisor::run() {
   }
   children_.stop();
   // watchers see by this that nobody has killed it
-  desired.segment.set_state(SegmentState::kDead);
+  for (DesiredState& desired : session_.desired) desired.segment.set_state(SegmentState::kDead);
   return *session_.exit_code;
 }
 
@@ -129,15 +133,19 @@ void Supervisor::serve_givers() {
                                             session_.log.write(LogLevel::kInfo, "hapticd", line);
                                           }};
   givers_->serve(now_ns(), handlers);
-  auto& giving = session_.desired.frame.giving;
-  const auto before = giving;
+  const auto before = session_.desired[kFirstHand].frame.giving;
+  auto giving = before;
   for (uint32_t c = 0; c < giving.size(); ++c) {
     giving[c] = givers_->giving(c);
     // its memory is large; a drawing of the next one comes a turn after its first segment
     if (giving[c] != before[c]) session_.server.withdraw(DrawChannels::id(c));
   }
-  // sim listens to nobody else
-  if (giving != before) session_.desired.publish(now_ns());
+  if (giving == before) return;
+  // sim and the contacts listen to nobody else
+  for (DesiredState& desired : session_.desired) {
+    desired.frame.giving = giving;
+    desired.publish(now_ns());
+  }
 }
 
 /// A session that cannot be reached cannot be stopped either, so it ends.

@@ -21,8 +21,8 @@ namespace haptic {
 class Supervisor {
  public:
   /// Takes the session's name. `config_text` is the session file as read. Throws HandoutError,
-  /// SegmentError, or std::runtime_error if a program or the device is missing.
-  Supervisor(const SessionConfig& config, std::string config_text, const std::string& session,
+  /// SegmentError, or std::runtime_error if a program or a device is missing.
+  Supervisor(std::vector<SessionConfig> hands, std::string config_text, const std::string& session,
              HapticdLog& log);
 
   /// Runs until a stop signal or a permanent failure; returns hapticd's exit code.

@@ -23,6 +23,7 @@ struct ClientLimits {
 
 /// All that is constant after start.
 struct ServoModel {
+  uint32_t hand = kFirstHand;
   double dt = 1e-3;          // nominal period [s]
   double sim_period = 1e-3;  // [s]
   DeviceMap map;

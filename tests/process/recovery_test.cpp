@@ -211,7 +211,7 @@ TEST_CASE("pushed: sim is killed in mid-push, and the body is whole where it was
   const auto used = std::find_if(seen.servo.begin(), seen.servo.end(),
                                  [&](const ServoFrame& f) { return f.t_ns == used_ns; });
   REQUIRE(used != seen.servo.end());
-  const Pose expected = object_pose_at(last, 0, next.t_ns, push_of(*used));
+  const Pose expected = object_pose_at(last, 0, next.t_ns, push_of(*used, kFirstHand));
   CHECK_THAT(next.objects[0].X_WO.p, IsNear(expected.p, 1e-9));
   CHECK(norm(next.objects[0].X_WO.p - last.objects[0].X_WO.p) > 1e-6);
   // what was pushed while none moved it is counted, and nothing is given at once

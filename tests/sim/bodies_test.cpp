@@ -267,7 +267,7 @@ TEST_CASE("bodies: a restarted sim goes on where readers have carried the body",
   const SceneFrame next = sim_step(first.model, second, {&hand}, hand.t_ns);
   CHECK(next.seq == last.seq + 1);
   CHECK_THAT(next.objects[0].X_WO.p,
-             IsNear(object_pose_at(last, 0, hand.t_ns, push_of(hand)).p, 1e-12));
+             IsNear(object_pose_at(last, 0, hand.t_ns, push_of(hand, kFirstHand)).p, 1e-12));
   CHECK(next.objects[0].V_WO == last.objects[0].V_WO);
   // forgotten, counted, and not given later
   CHECK_THAT(next.seen[0].forgotten_W, IsNear({2e-3, 0, 0}, 1e-15));

@@ -2,11 +2,13 @@
 #include "proto/config/config.h"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <span>
 #include <string>
 
 #include "proto/config/devices.h"
+#include "proto/config/hand_config.h"
 #include "proto/config/read/config_body.h"
 #include "proto/config/read/config_client.h"
 #include "proto/config/read/config_device.h"
@@ -39,6 +41,9 @@ constexpr Range kPollRates{10, 100e3};       // [Hz]
 constexpr Range kMeshMemory{1 << 20, 1e15};  // [bytes]
 constexpr Range kProxyRadii{0, 0.1};         // [m]; a larger one exceeds any scene
 constexpr int64_t kButtons = 32;             // bits of DeviceState::buttons
+// tables that a [[hand]] may have for itself
+constexpr std::array<std::string_view, 8> kTablesOfHand{"device", "map",   "tool",  "coupling",
+                                                        "safety", "proxy", "servo", "contact"};
 
 void read_session(Section& root, SessionConfig& config) {
   root.within(
@@ -51,6 +56,29 @@ void read_session(Section& root, SessionConfig& config) {
             {{"renderer", kRendererWords, config.renderer}, {"realtime", config.realtime}});
       },
       "[session] with name = \"bunny\"");
+}
+
+/// The hands' names, and what the hand with this number has beside tables of its own.
+void read_hand(Section& root, uint32_t hand, SessionConfig& config) {
+  std::vector<Section> hands = root.sections("hand");
+  if (hands.empty()) return;
+  if (hands.size() > kMostHands) {
+    hands.back().fail_at("name", "is one [[hand]] too many; " + std::to_string(kMostHands) +
+                                     " is the most a session can have");
+  }
+  config.hand = hand;
+  config.n_hands = static_cast<uint32_t>(hands.size());
+  for (uint32_t k = 0; k < config.n_hands; ++k) {
+    Name& name = config.hand_names[k];
+    hands[k].read_all({{"name", name, "name = \"left\""}});
+    std::string problem = hand_name_problem(view(name));
+    if (std::find(config.hand_names.begin(), &name, name) != &name) {
+      problem = "is used twice ('" + shown(view(name)) + "'); give each [[hand]] its own name";
+    }
+    if (!problem.empty()) hands[k].fail_at("name", problem);
+  }
+  hands[hand].read_all({{"renderer", kRendererWords, config.renderer}});
+  hands[hand].finish();
 }
 
 void read_rates(Section& root, SessionConfig& config) {
@@ -176,12 +204,10 @@ void check_body(Section& root, const SessionConfig& config) {
       "rotational_stiffness = \"2 N·m/rad\" in [coupling]");
 }
 
-SessionConfig read_config(std::string_view toml_text, const std::string& origin) {
-  if (toml_text.size() > kMostConfigText) {
-    throw ConfigError(origin + ": has more than " + std::to_string(kMostConfigText >> 10) +
-                      " KiB; make it shorter");
-  }
-  const TomlDocument document(toml_text, origin);
+/// The session as one hand has it, by number.
+SessionConfig read_config(std::string_view toml_text, const std::string& origin, uint32_t hand) {
+  TomlDocument document(toml_text, origin);
+  document.prefer("hand", hand, kTablesOfHand);
   const fs::path file = fs::absolute(origin).lexically_normal();
   const fs::path folder = file.parent_path();
   SessionConfig config;
@@ -189,6 +215,7 @@ SessionConfig read_config(std::string_view toml_text, const std::string& origin)
 
   Section root = document.root();
   read_session(root, config);
+  read_hand(root, hand, config);
   read_rates(root, config);
   read_map(root, config.map);
   read_device(root, folder, config.device);
@@ -206,15 +233,33 @@ SessionConfig read_config(std::string_view toml_text, const std::string& origin)
   return config;
 }
 
+std::vector<SessionConfig> read_hands(std::string_view toml_text, const std::string& origin) {
+  if (toml_text.size() > kMostConfigText) {
+    throw ConfigError(origin + ": has more than " + std::to_string(kMostConfigText >> 10) +
+                      " KiB; make it shorter");
+  }
+  std::vector<SessionConfig> hands{read_config(toml_text, origin, kFirstHand)};
+  for (uint32_t hand = 1; hand < hands[0].n_hands; ++hand) {
+    hands.push_back(read_config(toml_text, origin, hand));
+  }
+  const std::string problem = shared_device(hands);
+  if (!problem.empty()) throw ConfigError(origin + ": " + problem);
+  return hands;
+}
+
 }  // namespace
 
-SessionConfig parse_config(std::string_view toml_text, const std::string& origin) {
+std::vector<SessionConfig> parse_hands(std::string_view toml_text, const std::string& origin) {
   try {
-    return read_config(toml_text, origin);
+    return read_hands(toml_text, origin);
   } catch (const ConfigError& error) {
     // the message may quote the file
     throw ConfigError(one_line(error.what()));
   }
+}
+
+SessionConfig parse_config(std::string_view toml_text, const std::string& origin) {
+  return parse_hands(toml_text, origin).front();
 }
 
 std::string read_config_text(const std::string& path) {
@@ -228,8 +273,12 @@ std::string read_config_text(const std::string& path) {
   return text;
 }
 
+std::vector<SessionConfig> load_hands(const std::string& path) {
+  return parse_hands(read_config_text(path), path);
+}
+
 SessionConfig load_config(const std::string& path) {
-  return parse_config(read_config_text(path), path);
+  return load_hands(path).front();
 }
 
 }  // namespace haptic

@@ -45,6 +45,19 @@ Section TomlDocument::root() const {
   return Section(*table_, "the file", origin_);
 }
 
+void TomlDocument::prefer(std::string_view list, size_t k, std::span<const std::string_view> keys) {
+  toml::array* const tables = table_->get_as<toml::array>(list);
+  toml::table* const own = tables != nullptr ? tables->get_as<toml::table>(k) : nullptr;
+  if (own == nullptr) return;
+  for (const std::string_view key : keys) {
+    toml::node* const node = own->get(key);
+    if (node == nullptr) continue;
+    // moved, since a copy forgets its line
+    table_->insert_or_assign(key, std::move(*node));
+    own->erase(key);
+  }
+}
+
 bool Section::has(std::string_view key) const {
   return table_.contains(key);
 }

@@ -58,6 +58,9 @@ class TomlDocument {
 
   /// The whole document; valid as long as it.
   Section root() const;
+  /// Puts those of the tables `keys` that the k-th table of [[list]] has in the place of the
+  /// document's.
+  void prefer(std::string_view list, size_t k, std::span<const std::string_view> keys);
 
  private:
   std::string origin_;

@@ -20,9 +20,15 @@ TEST_CASE("what belongs to a hand is named and numbered by the hand", "[wire][ha
   CHECK(servo_segment(1) == SegmentId{0x12});
   CHECK(contact_segment(1) == SegmentId{0x13});
 
-  std::set<SegmentId> ids{SegmentId::kControl, SegmentId::kSim};
+  CHECK(control_segment(0) == SegmentId{1});
+  CHECK(control_segment(1) == SegmentId{0x11});
+  CHECK(control_topic(0).name == "/control/frame");
+  CHECK(control_topic(1).name == "/control1/frame");
+  CHECK(find_topic("/control3/frame") != nullptr);
+
+  std::set<SegmentId> ids{SegmentId::kSim};
   for (uint32_t hand = 0; hand < kMostHands; ++hand) {
-    ids.insert({servo_segment(hand), contact_segment(hand)});
+    ids.insert({control_segment(hand), servo_segment(hand), contact_segment(hand)});
   }
-  CHECK(ids.size() == 2 + 2 * kMostHands);
+  CHECK(ids.size() == 1 + 3 * kMostHands);
 }

@@ -69,8 +69,10 @@ TEST_CASE("scene pose: an object that answers no push is where its script puts i
   if (what == 4) hand.frame.pushes.clear();
   const int64_t age_ns = GENERATE(-30 * kTickNs, -1234, 0, 7654321, 20 * kTickNs, 90 * kTickNs);
   const int64_t t_ns = scene.t_ns + age_ns;
-  CHECK(object_pose_at(scene, 0, t_ns, push_of(hand.frame)) == object_pose_at(scene, 0, t_ns));
-  CHECK(object_twist_at(scene, 0, t_ns, push_of(hand.frame)) == object_twist_at(scene, 0, t_ns));
+  CHECK(object_pose_at(scene, 0, t_ns, push_of(hand.frame, kFirstHand)) ==
+        object_pose_at(scene, 0, t_ns));
+  CHECK(object_twist_at(scene, 0, t_ns, push_of(hand.frame, kFirstHand)) ==
+        object_twist_at(scene, 0, t_ns));
 }
 
 TEST_CASE("scene pose: a free ball is where the sum of all impulses puts it, whatever sim has seen",
@@ -106,10 +108,10 @@ TEST_CASE("scene pose: a free ball is where the sum of all impulses puts it, wha
     }
     if (k < made || scene.seen[0].t_ns == 0) continue;
     for (const int64_t t_ns : {k * kTickNs, k * kTickNs + 400'000}) {
-      CHECK_THAT(object_pose_at(scene, 0, t_ns, push_of(hand.frame)).p,
+      CHECK_THAT(object_pose_at(scene, 0, t_ns, push_of(hand.frame, kFirstHand)).p,
                  IsNear(truth(t_ns, k), 1e-14));
     }
-    CHECK_THAT(object_twist_at(scene, 0, k * kTickNs, push_of(hand.frame)).v,
+    CHECK_THAT(object_twist_at(scene, 0, k * kTickNs, push_of(hand.frame, kFirstHand)).v,
                IsNear((1 / kMass) * hand.frame.pushes[0].impulse_W.f, 1e-12));
   }
 }
@@ -118,11 +120,13 @@ TEST_CASE("scene pose: acceleration carries an object as a throw does", "[wire][
   SceneFrame scene = one_object();
   test::add_response(scene, 0).acceleration_W = {{0, 0, -9.81}, {0, 2, 0}};
   const Counters hand(0);
-  const Pose X_WO = object_pose_at(scene, 0, scene.t_ns + 10 * kTickNs, push_of(hand.frame));
+  const Pose X_WO =
+      object_pose_at(scene, 0, scene.t_ns + 10 * kTickNs, push_of(hand.frame, kFirstHand));
   CHECK_THAT(X_WO.p, IsNear(scene.objects[0].X_WO.p + 0.01 * scene.objects[0].V_WO.v +
                                 Vec3{0, 0, -490.5e-6},
                             1e-15));
-  const Twist V_WO = object_twist_at(scene, 0, scene.t_ns + 10 * kTickNs, push_of(hand.frame));
+  const Twist V_WO =
+      object_twist_at(scene, 0, scene.t_ns + 10 * kTickNs, push_of(hand.frame, kFirstHand));
   CHECK_THAT(V_WO.v, IsNear(scene.objects[0].V_WO.v + Vec3{0, 0, -0.0981}, 1e-15));
   CHECK_THAT(V_WO.w, IsNear(scene.objects[0].V_WO.w + Vec3{0, 0.02, 0}, 1e-15));
 }
@@ -134,14 +138,15 @@ TEST_CASE("scene pose: beyond 20 ms an object stays where it was carried to", "[
   Counters hand(90 * kTickNs);
   hand.seen_by(scene);
   for (int64_t k = 100; k <= 120; ++k) hand.push(k * kTickNs, {0.002, 0, 0.001});
-  const Pose last = object_pose_at(scene, 0, 120 * kTickNs, push_of(hand.frame));
+  const Pose last = object_pose_at(scene, 0, 120 * kTickNs, push_of(hand.frame, kFirstHand));
   CHECK(norm(last.p - scene.objects[0].X_WO.p) > 1e-3);
   const int64_t later = GENERATE(121, 150, 5'000);
   // the servo goes on with ticks in which nothing is counted
   for (int64_t k = 121; k <= later; ++k) hand.push(k * kTickNs, {});
   const int64_t t_ns = later * kTickNs;
-  CHECK_THAT(object_pose_at(scene, 0, t_ns, push_of(hand.frame)).p, IsNear(last.p, 1e-12));
-  CHECK(object_twist_at(scene, 0, t_ns, push_of(hand.frame)) == Twist{});
+  CHECK_THAT(object_pose_at(scene, 0, t_ns, push_of(hand.frame, kFirstHand)).p,
+             IsNear(last.p, 1e-12));
+  CHECK(object_twist_at(scene, 0, t_ns, push_of(hand.frame, kFirstHand)) == Twist{});
 }
 
 TEST_CASE("scene pose: counters that sim has not used yet, or of another servo, move nothing",
@@ -154,7 +159,8 @@ TEST_CASE("scene pose: counters that sim has not used yet, or of another servo, 
   Counters after(99 * kTickNs);
   after.push(100 * kTickNs, {0, 0, 0.01});
   const int64_t t_ns = scene.t_ns + 2 * kTickNs;
-  CHECK(object_pose_at(scene, 0, t_ns, push_of(after.frame)) == object_pose_at(scene, 0, t_ns));
+  CHECK(object_pose_at(scene, 0, t_ns, push_of(after.frame, kFirstHand)) ==
+        object_pose_at(scene, 0, t_ns));
   CHECK_FALSE(takes_pushes(scene, 0, kFirstHand, after.frame.impulses_since_ns, t_ns));
   after.seen_by(scene);
   CHECK(takes_pushes(scene, 0, kFirstHand, after.frame.impulses_since_ns, t_ns));
@@ -211,7 +217,7 @@ TEST_CASE("scene pose: a push beside the centre of mass turns the object", "[wir
   Counters hand(1);
   hand.push(1, {0.5, 0, 0});
   hand.push(1 + kTickNs, {});
-  const Pose X_WO = object_pose_at(scene, 0, 1 + kTickNs, push_of(hand.frame));
+  const Pose X_WO = object_pose_at(scene, 0, 1 + kTickNs, push_of(hand.frame, kFirstHand));
   CHECK_THAT(to_rotation_vector(X_WO.q), IsNear({0, 0, 2 * 0.5 * kTick}, 1e-15));
   CHECK_THAT(X_WO.p, IsNear({0.5 * kTick, 0, 0}, 1e-15));
 }

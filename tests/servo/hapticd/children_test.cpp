@@ -31,13 +31,14 @@ struct Nursery {
   std::string text = read_config_text(test::from_source("configs/plane.toml"));
   HapticdLog log{false};
   std::unique_ptr<SessionRun> session{
-      new SessionRun{parse_config(text, "plane.toml"), text, "nursery", log}};
+      new SessionRun{parse_hands(text, "plane.toml"), text, "nursery", log}};
   std::unique_ptr<Attachments> attachments =
       std::make_unique<Attachments>(connect_session("nursery"));
   Children children{*session, *attachments};
 
   SessionStatus status() {
     SessionStatus status;
+    status.hands.resize(session->hands.size());
     children.report(status);
     return status;
   }
@@ -58,7 +59,7 @@ TEST_CASE("children: a spare takes over from contact, one that is dead does not"
   const pid_t contact = before.processes[1].pid, spare = before.spare.pid;
   const bool dies_too = GENERATE(false, true);
   kill_unseen(contact);
-  nursery.children.reap([] {});
+  nursery.children.reap([](uint32_t) {});
   if (dies_too) kill_unseen(spare);
   nursery.children.start_due(now_ns());
   const SessionStatus after = nursery.status();

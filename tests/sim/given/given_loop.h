@@ -289,8 +289,8 @@ inline GivenResult run_given(const GivenWorld& world, const GivenClientRun& run,
     ObjectPush& pushed = servo.pushes[0];
     pushed.impulse_time_W = pushed.impulse_time_W + kTick * pushed.impulse_W;
     servo.t_ns = t_ns;
-    const Pose X_WO = object_pose_at(scene, 0, t_ns, push_of(servo));
-    const Twist V_WO = object_twist_at(scene, 0, t_ns, push_of(servo));
+    const Pose X_WO = object_pose_at(scene, 0, t_ns, push_of(servo, kFirstHand));
+    const Twist V_WO = object_twist_at(scene, 0, t_ns, push_of(servo, kFirstHand));
     const double share = 1 - scene.objects[0].reduction;
     if (n >= n_lead) out.is_said |= (scene.givers[0].flags & kGiverSoftened) != 0;
     if (n >= n_lead) out.least_share = std::min(out.least_share, share);

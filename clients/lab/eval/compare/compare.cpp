@@ -122,8 +122,9 @@ class Column {
 
  private:
   Pose object_pose(const SceneFrame& scene, uint32_t i, const ServoFrame& frame) const {
-    return scene.objects.size() > i ? object_pose_at(scene, i, frame.t_ns, push_of(frame))
-                                    : config_.objects[i].X_WO;
+    return scene.objects.size() > i
+               ? object_pose_at(scene, i, frame.t_ns, push_of(frame, kFirstHand))
+               : config_.objects[i].X_WO;
   }
 
   bool is_free(const ServoFrame& frame) const {

@@ -49,9 +49,11 @@ class PushingHand : public Device {
   std::string description() const override { return "pushing"; }
   bool read(const TickTime& tick, DeviceState& state) override {
     constexpr double kStep = 20e-6;  // [s]
-    constexpr int kSteps = 50;       // in a tick
-    for (int k = 0; any_ && k < kSteps; ++k, t_ += kStep) model_.step(t_, held_, kStep);
-    any_ = true;
+    constexpr int64_t kStepNs = 20'000;
+    if (last_ns_ == 0) last_ns_ = tick.deadline_ns;
+    for (; last_ns_ < tick.deadline_ns; last_ns_ += kStepNs, t_ += kStep) {
+      model_.step(t_, held_, kStep);
+    }
     state = {};
     state.t_ns = tick.deadline_ns;
     state.X_BH.p.x = model_.x;
@@ -69,7 +71,7 @@ class PushingHand : public Device {
  private:
   HandModel model_;
   double held_ = 0, t_ = 0;
-  bool any_ = false;
+  int64_t last_ns_ = 0;  // until when it has moved; 0: it has not begun
 };
 
 inline constexpr double kBoxEdge = 0.02;  // [m]
