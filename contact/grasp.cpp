@@ -95,7 +95,8 @@ void seize(Grasp& grasp, const ContactModel& model, const ServoFrame& servo,
   double nearest = kMinReach;
   for (const Contact& c : set.contacts) {
     const double gap = gap_of(model, set, c);
-    if (c.object >= model.shapes.size() || !(gap <= nearest)) continue;
+    // a hand holds no tool of another
+    if (c.object >= model.shapes.size() - model.n_tools || !(gap <= nearest)) continue;
     nearest = gap;
     grasp.object = c.object;
   }

@@ -11,6 +11,7 @@
 #include "contact/bake/eye_files.h"
 #include "contact/bake/session.h"
 #include "contact/step.h"
+#include "proto/config/hand_config.h"
 #include "proto/ipc/seen_scene.h"
 #include "proto/os/message.h"
 #include "proto/os/priorities.h"
@@ -123,9 +124,9 @@ class ContactOfHand {
   /// Bakes. Before child.attach().
   ContactOfHand(Child<ContactChannels>& child, uint32_t hand)
       : questions_(child.ring<&ServoChannels::frames>(Start::kNewest, hand)),
-        scenes_(child, hand, child.n_hands()),
+        config_(with_tools(child.hands(), hand)),
+        scenes_(child, hand, child.n_hands(), config_.n_tools > 0),
         given_(child, hand),
-        config_(child.config(hand)),
         baked_(bake_told(config_)),
         model_(build_contact_model(config_, baked_.shapes())),
         state_(std::make_unique<ContactState>(model_)),
@@ -173,9 +174,9 @@ class ContactOfHand {
 
  private:
   RingSource<&ServoChannels::frames> questions_;
+  const SessionConfig config_;
   SeenScene scenes_;
   GivenInboxes given_;
-  const SessionConfig& config_;
   const BakedSession baked_;
   const ContactModel model_;
   std::unique_ptr<ContactState> state_;

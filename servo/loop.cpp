@@ -36,6 +36,7 @@ void ServoInbox::receive(ServoInput& input) noexcept {
   input.contacts = any_contact ? &contact_set : nullptr;
   input.contact_generation = contacts.item_generation();
   input.scene = scenes.latest();
+  input.tool_stiffness = scenes.stiffnesses(input.t_ns);
   input.control = any_control ? &control : nullptr;
 }
 
@@ -55,9 +56,9 @@ void ServoLoop::tick(const Tick& tick) {
   channels_.frames.prefetch();
   inbox_.prefetch();
   device_.read({tick.deadline_ns, woke_ns}, input_.device);
-  inbox_.receive(input_);
   input_.tick = tick.index;
   input_.t_ns = tick.deadline_ns;
+  inbox_.receive(input_);
   input_.realtime_ns = realtime_now_ns() - (now_ns() - tick.deadline_ns);
   input_.wake_late_ns = tick.late_ns;
   input_.released = dropped_ || woke_ns - last_woke_ns_ >= patience_ns_;

@@ -22,10 +22,10 @@ struct ServoInbox {
 
   /// From a Child or from Attachments, before either is started.
   template <typename Rings>
-  explicit ServoInbox(Rings& rings, uint32_t hand = kFirstHand, uint32_t n_hands = 1)
-      : contacts(rings.template ring<&ContactChannels::sets>(Start::kOldest, hand)),
-        scenes(rings, hand, n_hands),
-        controls(rings.template ring<&ControlChannels::frames>(Start::kOldest, hand)) {}
+  explicit ServoInbox(Rings& rings, const SessionConfig& config = {})
+      : contacts(rings.template ring<&ContactChannels::sets>(Start::kOldest, config.hand)),
+        scenes(rings, config.hand, config.n_hands, config.n_tools > 0),
+        controls(rings.template ring<&ControlChannels::frames>(Start::kOldest, config.hand)) {}
 
   void receive(ServoInput& input) noexcept;
   /// A few microseconds before receive: starts to fetch what other cores have written.

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "proto/config/hand_config.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
 #include "proto/os/priorities.h"
@@ -22,8 +23,9 @@ int64_t first_tick_of(const SessionConfig& config, int64_t t_ns) {
 
 int run(const ChildArguments& arguments) {
   Child<ServoChannels> child(arguments);
-  const SessionConfig& config = child.config();
-  const auto inbox = std::make_unique<ServoInbox>(child, child.hand(), child.n_hands());
+  const auto own = std::make_unique<const SessionConfig>(with_tools(child.hands(), child.hand()));
+  const SessionConfig& config = *own;
+  const auto inbox = std::make_unique<ServoInbox>(child, config);
   const std::unique_ptr<Device> device =
       open_device(config.device, FileDescriptor(arguments.device_fd));
   const auto loop = std::make_unique<ServoLoop>(config, *device, *inbox, child.channels());

@@ -3,6 +3,7 @@
 
 #include "proto/wire/behind.h"
 #include "proto/wire/mapping.h"
+#include "proto/wire/other_tools.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/wire.h"
 #include "servo/admittance/energy_ledger.h"
@@ -68,6 +69,7 @@ struct ServoState {
   RenderState render;                     // the solver in use
   GraspState grasp;
   LightBodies light;
+  std::array<double, kMostHands> tool_shares{};  // of what tools of other hands push with
   FeltClientsState clients;
   PlacedSurfaces surfaces;  // of clients, in the last tick
   Age age;
@@ -99,6 +101,7 @@ struct ServoInput {
   const ContactSet* contacts = nullptr;
   uint64_t contact_generation = 0;  // of the segment the set came from
   const SceneFrame* scene = nullptr;
+  ToolStiffnesses tool_stiffness = {};  // of the last objects of the scene: tools of other hands
   const ControlFrame* control = nullptr;
 };
 

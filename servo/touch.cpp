@@ -75,6 +75,24 @@ Rendered rendered_by(Renderer renderer, const ServoModel& model, const RenderQue
   return {};
 }
 
+/// Two tools that meet are two springs in series: of its own spring's force a hand feels the share
+/// k_other / (k + k_other). It changes no faster than within kYield, where a hand begins to feel
+/// nothing or to feel again.
+void share_with_tools(const ServoModel& model, ServoState& state, const ServoInput& input,
+                      const Coupling& coupling, KeptShares& shares) {
+  constexpr double kYield = 0.050;  // [s], as contacts fade
+  const size_t n = input.tool_stiffness.size();
+  if (input.scene == nullptr || n > input.scene->objects.size()) return;
+  const size_t first = input.scene->objects.size() - n;
+  for (size_t k = 0; k < n; ++k) {
+    const double sum = coupling.translational_stiffness + input.tool_stiffness[k];
+    const double wanted = sum > 0 ? input.tool_stiffness[k] / sum : 0;
+    double& share = state.tool_shares[k];
+    share = std::clamp(wanted, share - model.dt / kYield, share + model.dt / kYield);
+    if (first + k < shares.size()) shares[first + k] *= share;
+  }
+}
+
 /// The answer of the contacts' renderer. What the hand holds draws the tool that is rendered, and
 /// pulls beside.
 Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInput& input,
@@ -100,6 +118,7 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
   if (soften_towards_light(model, question, input.scene, rendered, state.light, shares)) {
     touch.flags |= kServoSoftened;
   }
+  share_with_tools(model, state, input, coupling, shares);
   keep_surfaces(model, of_hand, rendered, shares);
   touch.clients = felt_of_clients(model, state.clients, of_hand, shares, rendered);
   keep(shares, touch.scene, rendered);

@@ -9,6 +9,7 @@
 #include "proto/config/renderer_needs.h"
 #include "proto/ipc/control.h"
 #include "proto/wire/mapping.h"
+#include "proto/wire/other_tools.h"
 #include "proto/wire/packing.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/scene_pose.h"
@@ -45,6 +46,14 @@ void add_frame(uint64_t& hash, const ServoFrame& f) {
   add_to_hash(hash, f.held_back_W);
   for (const double value : {f.depth, f.fade}) add_to_hash(hash, value);
   for (const uint32_t value : {f.n_contacts, f.flags, f.fault}) add_to_hash(hash, value);
+}
+
+/// The scene alone.
+std::unique_ptr<const SessionConfig> without_tools(const SessionConfig& config) {
+  auto scene = std::make_unique<SessionConfig>(config);
+  scene->n_objects -= scene->n_tools;
+  scene->n_tools = 0;
+  return scene;
 }
 
 ServoFrame question_of(const SessionConfig& config, const ServoState& state, const ServoFrame& last,
@@ -89,7 +98,7 @@ Lockstep::Lockstep(const SessionConfig& config, const ContactShapes& shapes, Dev
     : Lockstep(std::array{LockstepHand{config, shapes, device, options}}) {}
 
 Lockstep::Lockstep(std::span<const LockstepHand> hands)
-    : sim_model_(build_sim(hands.front().config, hands.front().shapes.objects,
+    : sim_model_(build_sim(*without_tools(hands.front().config), hands.front().shapes.objects,
                            hands.front().shapes.collision_pieces)),
       sim_state_(sim_model_) {
   uint64_t longest_frame = 0, longest_scene = 0;
@@ -117,15 +126,23 @@ const ServoFrame* Lockstep::frame_behind(const OneHand& hand, uint64_t ticks) {
 }
 
 /// The scene where the other hands have brought it, as far as this one knows of them.
-const SceneFrame* Lockstep::seen_scene(OneHand& hand) const {
+const SceneFrame* Lockstep::seen_scene(OneHand& hand, ToolStiffnesses& stiffnesses) const {
   if (hands_.size() == 1) return hand.scene.get();
   copy_in_use(*hand.scene, hand.seen);
-  for (const OneHand& other : hands_) {
-    if (&other == &hand) continue;
-    const ServoFrame* frame =
-        frame_behind(other, other.options.frame_latency + hand.options.scene_latency);
+  const auto each_other = [&](const auto& use) {
+    for (const OneHand& other : hands_) {
+      if (&other == &hand) continue;
+      use(other, frame_behind(other, other.options.frame_latency + hand.options.scene_latency));
+    }
+  };
+  each_other([&](const OneHand& other, const ServoFrame* frame) {
     if (frame != nullptr) add_pushes_of_other(hand.seen, push_of(*frame, other.config.hand));
-  }
+  });
+  if (hand.config.n_tools == 0) return &hand.seen;
+  each_other([&](const OneHand&, const ServoFrame* frame) {
+    hand.seen.objects.push_back(frame != nullptr ? tool_of(*frame) : tool_at(kNowhere));
+    stiffnesses.push_back(frame != nullptr ? stiffness_of_tool(*frame, time_of(hand)) : 0);
+  });
   return &hand.seen;
 }
 
@@ -227,13 +244,13 @@ bool Lockstep::tick(OneHand& hand, int64_t t_ns) {
   hand.device->read({t_ns, t_ns}, input.device);
   if ((input.device.flags & kDeviceEnded) != 0) return false;
 
-  const SceneFrame* const scene = seen_scene(hand);
+  const SceneFrame* const scene = seen_scene(hand, input.tool_stiffness);
   const uint64_t latency = hand.options.contact_latency;
   const bool asks = hand.has_contact && hand.tick % hand.options.contact_period == 0;
   const auto answer = [&](const ServoFrame& question) {
-    hand.pending.push_back({hand.tick + latency, std::make_unique<ContactSet>(contact_step(
-                                                     hand.contact_model, *hand.contact_state,
-                                                     question, hand.scene.get()))});
+    hand.pending.push_back(
+        {hand.tick + latency, std::make_unique<ContactSet>(contact_step(
+                                  hand.contact_model, *hand.contact_state, question, scene))});
   };
   if (asks && latency == 0) {
     answer(question_of(hand.config, hand.servo_state, hand.frame, input));

@@ -25,7 +25,8 @@ struct LockstepOptions {
   bool without_counters = false;
 };
 
-/// What a hand of a lockstep session is made of. Device and shapes must outlive the session.
+/// What a hand of a lockstep session is made of; its config with_tools where others' are objects
+/// for it, and the shapes with theirs. Device and shapes must outlive the session.
 struct LockstepHand {
   const SessionConfig& config;
   const ContactShapes& shapes;
@@ -122,7 +123,7 @@ class Lockstep {
 
   static int64_t time_of(const OneHand& hand);
   static const ServoFrame* frame_behind(const OneHand& hand, uint64_t ticks);
-  const SceneFrame* seen_scene(OneHand& hand) const;
+  const SceneFrame* seen_scene(OneHand& hand, ToolStiffnesses& stiffnesses) const;
   void move_scene(int64_t t_ns);
   void move_scene_until(int64_t t_ns);
   bool tick(OneHand& hand, int64_t t_ns);

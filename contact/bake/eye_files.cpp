@@ -138,7 +138,7 @@ std::vector<SealedEye> make_eye_files(const SessionConfig& config, const BakedSe
            baked.tool_pieces ? &*baked.tool_pieces : nullptr);
   // the contact of the first hand draws the objects for all
   if (config.hand != kFirstHand) return eyes;
-  for (uint32_t i = 0; i < config.n_objects; ++i) {
+  for (uint32_t i = 0; i < config.n_objects - config.n_tools; ++i) {
     add_both(i, config.objects[i], i < baked.pieces.size() ? &baked.pieces[i] : nullptr);
   }
   return eyes;

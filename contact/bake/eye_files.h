@@ -8,13 +8,11 @@
 
 #include "contact/bake/session.h"
 #include "contact/shape/convex/piece_tree.h"
+#include "proto/config/hand_config.h"
 #include "proto/ipc/channels.h"
 #include "proto/os/file_descriptor.h"
 
 namespace haptic {
-
-/// Radius of the sphere that stands for a tool that is a point [m]: on a screen a point is nothing.
-inline constexpr double kPointRadius = 1e-3;
 
 /// An eye file in sealed memory, as it is handed out.
 struct SealedEye {

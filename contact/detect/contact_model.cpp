@@ -92,6 +92,7 @@ ContactModel build_contact_model(const SessionConfig& config, const ContactShape
   ContactModel model;
   model.shapes.assign(shapes.objects.begin(), shapes.objects.begin() + config.n_objects);
   model.hand = config.hand;
+  model.n_tools = config.n_tools;
   model.renderer = config.renderer;
   model.servo_period = model.prediction = 1 / config.servo_rate;
   model.radius = config.proxy_radius;

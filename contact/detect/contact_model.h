@@ -30,6 +30,7 @@ struct ContactModel {
   PerObject<Pose> X_WO;                             // configured poses, until a SceneFrame arrives
   double epsilon = 1e-7;                            // stand-off of the verified proxy [m]
   uint32_t hand = kFirstHand;                       // whose tool it is
+  uint32_t n_tools = 0;                             // of the shapes, the last: of other hands
   double radius = 0;                                // of the proxy of virtual-proxy3 [m]
   std::array<double, kMaxObjects> crease_cosine{};  // smoother edges are shaded; 1: none
   double servo_period = 1e-3;                       // [s]

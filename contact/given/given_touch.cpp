@@ -256,7 +256,7 @@ void see_felt(const GivenTouchModel& model, GivenTouchState& state, const ServoF
 GivenTouchModel build_given_touch(const SessionConfig& config) {
   GivenTouchModel model;
   model.hand = config.hand;
-  model.n_objects = config.n_objects;
+  model.n_objects = config.n_objects - config.n_tools;
   for (uint32_t c = 0; c < config.n_clients; ++c) {
     const ClientConfig& client = config.clients[c];
     if ((client.may & (kMayPush | kMayTouch)) != 0) model.clients.push_back({c, client});

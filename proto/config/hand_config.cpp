@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/config/hand_config.h"
 
+#include <algorithm>
 #include <charconv>
 
 #include "proto/config/devices.h"
+#include "proto/math/assert.h"
 #include "proto/os/message.h"
+#include "proto/wire/other_tools.h"
+#include "proto/wire/renderer.h"
 
 namespace haptic {
 namespace {
@@ -52,6 +56,36 @@ std::string names_of_all_hands(const SessionConfig& config) {
     names += (hand > 0 ? ", " : "") + name_of_hand(config, hand);
   }
   return names;
+}
+
+SessionConfig with_tools(std::span<const SessionConfig> hands, uint32_t hand) {
+  HAPTIC_ASSERT(hand < hands.size());
+  SessionConfig config = hands[hand];
+  if (config.hands_touch == 0) return config;
+  for (const SessionConfig& other : hands) {
+    if (other.hand == hand || config.n_objects == kMaxObjects) continue;
+    ObjectConfig& tool = config.objects[config.n_objects++];
+    tool = {};
+    static_cast<ShapeConfig&>(tool) = other.tool;
+    if (!is_of_body(other.renderer) || !has_mesh(other.tool)) {
+      const bool is_sphere = row_of(other.renderer).moves == Moves::kSphere;
+      const double radius = is_sphere ? std::max(other.proxy_radius, kPointRadius) : kPointRadius;
+      tool.primitive = primitive::Sphere{.diameter = 2 * radius, .subdivisions = 4};
+      tool.mesh = {};
+    }
+    assign(tool.name, "tool of " + name_of_hand(config, other.hand));
+    // far from any hand until its servo has said where it is
+    tool.X_WO.p = kNowhere;
+    ++config.n_tools;
+  }
+  return config;
+}
+
+std::string too_many_tools(const SessionConfig& config) {
+  const uint32_t room = kMaxObjects - (config.n_hands - 1);
+  if (config.hands_touch == 0 || config.n_objects <= room) return {};
+  return "has one [[object]] too many beside the tools of its hands; " + std::to_string(room) +
+         " is the most, join some meshes or write hands_touch = false in [session]";
 }
 
 std::string shared_device(std::span<const SessionConfig> hands) {

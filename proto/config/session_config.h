@@ -118,8 +118,10 @@ struct SessionConfig {
   uint32_t hand = kFirstHand;  // the hand that device, map, tool, renderer and limits are of
   uint32_t n_hands = 1;        // of the session
   std::array<Name, kMostHands> hand_names{};  // "" where the session file has no [[hand]]
-  Path file{};                                // path of the session file
-  double servo_rate = 1000;                   // [Hz]
+  uint32_t hands_touch = 1;         // 0: the tools of other hands are no objects for this one
+  uint32_t n_tools = 0;             // of the objects, the last: tools of other hands (with_tools)
+  Path file{};                      // path of the session file
+  double servo_rate = 1000;         // [Hz]
   double contact_poll_rate = 4000;  // how often contact looks again for a late ServoFrame [Hz]
   double sim_rate = 120;            // [Hz]; 1 kHz where something can be pushed
   Vec3 gravity_W;                   // of the bodies with mass [m/s²]

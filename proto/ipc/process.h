@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -131,6 +132,7 @@ class Child {
   /// The session as its own hand has it, or another one.
   const SessionConfig& config() const noexcept { return hands_[arguments_.hand]; }
   const SessionConfig& config(uint32_t hand) const { return hands_.at(hand); }
+  std::span<const SessionConfig> hands() const noexcept { return hands_; }
   Channels& channels() noexcept { return segment().channels(); }
   SegmentWriter<Channels>& segment() noexcept { return *segments_[arguments_.hand]; }
   uint64_t generation() const noexcept { return arguments_.generation; }

@@ -1,24 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "proto/ipc/attachments.h"
 #include "proto/ipc/channels.h"
+#include "proto/wire/other_tools.h"
 #include "proto/wire/packing.h"
 #include "proto/wire/scene_pose.h"
 
 namespace haptic {
 
-/// The newest scene as a hand sees it: where the other hands have brought the objects since sim
-/// used their counters. Servo and contact of a hand both read it, in each of their steps.
+/// The newest scene as a hand sees it: the objects where the other hands have brought them since
+/// sim used their counters, and behind them the tools of those hands (with_tools). Servo and
+/// contact of a hand both read it, in each of their steps.
+///
+/// A tool is where its own hand is, not its proxy, and gives way by the spring of its coupling: two
+/// tools that meet are two springs in series, and each side computes the same force from the same
+/// two hands.
 class SeenScene {
  public:
   /// From a Child or from Attachments, before either is started.
   template <typename Rings>
-  SeenScene(Rings& rings, uint32_t hand, uint32_t n_hands)
-      : scenes_(rings.template ring<&SimChannels::frames>(Start::kOldest)) {
+  SeenScene(Rings& rings, uint32_t hand, uint32_t n_hands, bool has_tools)
+      : scenes_(rings.template ring<&SimChannels::frames>(Start::kOldest)), has_tools_(has_tools) {
     for (uint32_t other = 0; other < n_hands; ++other) {
       if (other == hand) continue;
       others_.push_back(
@@ -36,7 +43,20 @@ class SeenScene {
     for (const Other& other : others_) {
       if (other.any) add_pushes_of_other(seen_, push_of(other.frame, other.hand));
     }
+    for (size_t k = 0; has_tools_ && k < others_.size(); ++k) {
+      if (others_[k].any) tools_[k] = tool_of(others_[k].frame);
+      seen_.objects.push_back(tools_[k]);
+    }
     return &seen_;
+  }
+  /// Stiffness of the coupling of each tool, in the order of the objects; 0: the hand feels
+  /// nothing, and its tool gives way [N/m].
+  ToolStiffnesses stiffnesses(int64_t t_ns) const noexcept {
+    ToolStiffnesses out;
+    for (size_t k = 0; has_tools_ && k < others_.size(); ++k) {
+      out.push_back(others_[k].any ? stiffness_of_tool(others_[k].frame, t_ns) : 0);
+    }
+    return out;
   }
   /// True once a scene has come.
   bool any() const noexcept { return any_; }
@@ -52,6 +72,9 @@ class SeenScene {
   };
   RingSource<&SimChannels::frames> scenes_;
   std::vector<Other> others_;
+  bool has_tools_;
+  std::array<SceneObject, kMostHands>
+      tools_{};  // until a servo has said where its tool is: nowhere
   SceneFrame newest_{}, seen_{};
   bool any_ = false;
 };

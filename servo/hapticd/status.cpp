@@ -149,10 +149,9 @@ std::string status_json(const SessionStatus& status) {
     hands.back()["name"] = hand.name;
   }
   // what is a hand's stands for the first beside the list of all
-  Json line = json_of(status.hands.front());
-  line.update({{"session", status.session},
-               {"since", time_text("%Y-%m-%dT%H:%M:%S%z", status.since)},
-               {"hands", hands},
+  Json line{{"session", status.session}, {"since", time_text("%Y-%m-%dT%H:%M:%S%z", status.since)}};
+  line.update(json_of(status.hands.front()));
+  line.update({{"hands", hands},
                {"processes", processes},
                {"spare",
                 {{"pid", status.spare.pid},

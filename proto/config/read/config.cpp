@@ -52,8 +52,9 @@ void read_session(Section& root, SessionConfig& config) {
         session.read_all({{"name", config.name, "name = \"bunny\""}});
         const std::string problem = session_name_problem(view(config.name));
         if (!problem.empty()) session.fail_at("name", problem);
-        session.read_all(
-            {{"renderer", kRendererWords, config.renderer}, {"realtime", config.realtime}});
+        session.read_all({{"renderer", kRendererWords, config.renderer},
+                          {"realtime", config.realtime},
+                          {"hands_touch", config.hands_touch}});
       },
       "[session] with name = \"bunny\"");
 }
@@ -242,7 +243,8 @@ std::vector<SessionConfig> read_hands(std::string_view toml_text, const std::str
   for (uint32_t hand = 1; hand < hands[0].n_hands; ++hand) {
     hands.push_back(read_config(toml_text, origin, hand));
   }
-  const std::string problem = shared_device(hands);
+  std::string problem = shared_device(hands);
+  if (problem.empty()) problem = too_many_tools(hands[0]);
   if (!problem.empty()) throw ConfigError(origin + ": " + problem);
   return hands;
 }

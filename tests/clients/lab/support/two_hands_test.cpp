@@ -8,6 +8,8 @@
 #include <memory>
 #include <vector>
 
+#include "proto/config/hand_config.h"
+#include "proto/config/renderer_needs.h"
 #include "tests/clients/lab/support/pushed_body.h"
 
 using namespace haptic;
@@ -228,4 +230,86 @@ TEST_CASE("four hands: the same bit for bit on two runs, and each feels the body
     return hands.lockstep().hash();
   };
   CHECK(run() == run());
+}
+
+namespace {
+
+/// Two balls of 10 mm on springs, whose bases face each other 60 mm apart, far from any object.
+struct TwoBalls {
+  static constexpr double kRadius = 0.01, kApart = 0.06, kStiff = 3000;
+  PushedSession session{0, kStiff};
+  std::vector<SessionConfig> plain, configs;
+  std::deque<MeshShapeData> owned;
+  std::vector<std::vector<MeshShape>> shapes;
+  std::vector<ContactShapes> given;
+  std::deque<PushingHand> devices;
+  std::unique_ptr<Lockstep> lockstep;
+
+  explicit TwoBalls(const std::vector<HandModel>& models) {
+    session.config.objects[0].X_WO.p = {0, 0, 1};
+    session.config.renderer = find_renderer("virtual-proxy3")->id;
+    session.config.proxy_radius = kRadius;
+    session.config.coupling.translational_damping = kDamping;
+    session.config.n_hands = 2;
+    for (uint32_t k = 0; k < 2; ++k) {
+      plain.push_back(session.config);
+      plain[k].hand = k;
+      if (k == 1) plain[k].map.X_WB = {{kApart, 0, 0}, from_rotation_vector({0, 0, M_PI})};
+      devices.emplace_back(models[k]);
+    }
+    std::vector<LockstepHand> hands;
+    for (uint32_t k = 0; k < 2; ++k) {
+      configs.push_back(with_tools(plain, k));
+      shapes.push_back(session.shapes);
+      owned.push_back(build_shape(make_mesh(configs[k].objects[1].primitive)));
+      shapes[k].push_back(owned.back().view());
+    }
+    for (uint32_t k = 0; k < 2; ++k) given.emplace_back(shapes[k]);
+    for (uint32_t k = 0; k < 2; ++k) hands.push_back({configs[k], given[k], devices[k]});
+    lockstep = std::make_unique<Lockstep>(std::span<const LockstepHand>(hands));
+  }
+};
+
+}  // namespace
+
+TEST_CASE("two hands: their tools meet as two springs in series", "[pushed][hands]") {
+  constexpr int kTicks = 3000, kSteps = 50;
+  constexpr double kFineStep = 20e-6;
+  const std::vector<HandModel> models{hand_that(rise(0, 0.04, 2)), hand_that(rise(0, 0.03, 2))};
+  TwoBalls balls(models);
+  Lockstep& lockstep = *balls.lockstep;
+  std::vector<HandModel> hands = models;
+  double squares = 0, most = 0, difference = 0, force = 0;
+  for (int k = 0; k < kSteps * kTicks; ++k) {
+    const double t = k * kFineStep;
+    const double depth = hands[0].x + hands[1].x - (TwoBalls::kApart - 2 * TwoBalls::kRadius);
+    const double closing = hands[0].v + hands[1].v;
+    force = depth > 0 ? std::max(0.5 * (TwoBalls::kStiff * depth + kDamping * closing), 0.0) : 0;
+    if (k % kSteps == 0) {
+      REQUIRE(lockstep.step());
+      squares += std::pow(force_on(lockstep, 0) - force, 2);
+      difference = std::max(difference, std::fabs(force_on(lockstep, 0) - force_on(lockstep, 1)));
+      most = std::max(most, force);
+    }
+    hands[0].step(t, -force, kFineStep);
+    // it begins half a tick later, as it ticks
+    if (k >= kSteps / 2) hands[1].step(t - kSteps / 2 * kFineStep, -force, kFineStep);
+  }
+  const double error = std::sqrt(squares / kTicks);
+  CAPTURE(error, most, difference, force);
+  CHECK(most > 3);
+  CHECK(error <= 0.05);
+  // at rest both feel the same
+  CHECK(force_on(lockstep, 0) == Approx(force).margin(0.02));
+  CHECK(force_on(lockstep, 1) == Approx(force).margin(0.02));
+  // a hand that feels nothing gives way, and no force steps
+  lockstep.control(1).paused = 1;
+  double last = force_on(lockstep, 0), largest = 0;
+  for (int k = 0; k < 200; ++k) {
+    REQUIRE(lockstep.step());
+    largest = std::max(largest, std::fabs(force_on(lockstep, 0) - last));
+    last = force_on(lockstep, 0);
+  }
+  CHECK(last == 0);
+  CHECK(largest < 2);
 }
