@@ -2,6 +2,7 @@
 // haptic-contact: which surfaces the tool touches or is about to touch.
 #include <cstdio>
 #include <string_view>
+#include <vector>
 
 #include "contact/bake/reach.h"
 #include "contact/bake/session.h"
@@ -19,13 +20,16 @@ int run(const ChildArguments& arguments) {
 
 /// The end of `hapticd --check-config`: opens the meshes that the session file names.
 int check_meshes(const char* path) try {
-  const SessionConfig config = load_config(path);
+  const std::vector<SessionConfig> hands = load_hands(path);
+  const SessionConfig& config = hands.front();
   const std::string file = shown(path);
   StageProgress baking;
   BakeTold told;
   told.progress = [&](std::string_view stage, double share) { baking.at(stage, share); };
-  for (const std::string& line : scene_warnings(config, bake_session(config, told))) {
-    std::printf("%s: warning: %s\n", file.c_str(), one_line(line).c_str());
+  for (const SessionConfig& hand : hands) {
+    for (const std::string& line : scene_warnings(hand, bake_session(hand, told))) {
+      std::printf("%s: warning: %s\n", file.c_str(), one_line(line).c_str());
+    }
   }
   std::printf("%s: ok, session '%s', %u object%s\n", file.c_str(), config.name.data(),
               config.n_objects, config.n_objects == 1 ? "" : "s");
