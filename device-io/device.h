@@ -69,6 +69,10 @@ class Device {
   /// it rests until the next command. Others are never asked.
   virtual void move(const Pose& /*X_BH*/) {}
 
+  /// The wrench on the handle that holds up arm and handle where the last read found them, by these
+  /// masses. Zero: it has no arm, or is where none can be known.
+  virtual Wrench holding(const GravityConfig& /*gravity*/) const { return {}; }
+
   /// Commands a zero wrench, or to rest where it is. Idempotent; called whenever the loop ends. May
   /// wait at most 40 ms for the device's confirmation.
   virtual void stop() = 0;
