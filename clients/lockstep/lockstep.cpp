@@ -166,6 +166,8 @@ bool Lockstep::step() {
   input.t_ns = input.realtime_ns = t_ns;
   device_.read({t_ns, t_ns}, input.device);
   if ((input.device.flags & kDeviceEnded) != 0) return false;
+  const GravityConfig& gravity = config_.device.gravity;
+  if (has_weight(gravity)) input.holding_B = device_.holding(gravity);
 
   const bool asks = has_contact_ && tick_ % options_.contact_period == 0;
   if (asks && options_.contact_latency == 0) answer(question_of(input.device, t_ns), tick_);

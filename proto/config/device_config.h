@@ -160,6 +160,12 @@ struct GravityConfig {
   std::array<LinkMass, kMostLinks> links{};  // in the order of DeviceRow::links
 };
 
+constexpr bool has_weight(const GravityConfig& gravity) {
+  bool has = gravity.handle.mass != 0;
+  for (const LinkMass& link : gravity.links) has |= link.mass != 0;
+  return has;
+}
+
 struct DeviceConfig {
   DeviceKind kind{};
   uint32_t reserved = 0;
