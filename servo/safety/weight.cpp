@@ -14,6 +14,7 @@ constexpr double kStanding = 0.1e-3;  // half the width of a hand's tremor [m]
 constexpr double kStood = 0.2;        // two turns of a tremor of 8 to 12 Hz [s]
 constexpr double kRunaway = 20e-3;    // [m]; an arm thrown by its own weight takes 60 ms
 constexpr double kWithin = 0.2;       // [s]
+constexpr double kThrown = 0.3;       // there: by a quarter of gravity; half of most strokes [m/s]
 constexpr double kTaken = 10e-3;      // by a hand, from where the arm came to rest [m]
 constexpr double kAlong = 0.5;        // cosine of a way that the force has led
 
@@ -39,8 +40,8 @@ bool ran_away(const Departure& own, const DeviceState& device, const Vec3& push_
   if (!own.has_left || own.left > kWithin || device.buttons != 0) return false;
   const Vec3 way_B = device.X_BH.p - own.from_B;
   const double work = dot(push_B, way_B);
-  return norm(way_B) >= kRunaway && work > kAlong * norm(push_B) * norm(way_B) &&
-         work > dot(other_B, way_B);
+  return norm(way_B) >= kRunaway && norm(device.V_BH.v) >= kThrown &&
+         work > kAlong * norm(push_B) * norm(way_B) && work > dot(other_B, way_B);
 }
 
 /// The part of `own` that may be added to what is felt within the limit.

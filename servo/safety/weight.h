@@ -48,10 +48,10 @@ struct WeightOutput {
 ///   heat    of F, so that safety's thermal budget counts the weight too
 ///   guard   a table that is wrong in sign or far too heavy throws a bare arm. Without a hand is
 ///           one whose handle has stood within 0.1 mm for 0.2 s, has no button down, and from there
-///           goes 20 mm within 0.2 s, within 60° of this force and with less help of any other. The
-///           gain is then zero until the force is closed, or a hand has come: the handle stands so
-///           again, and is taken 10 mm from there. A hand may start as an arm is thrown; it misses
-///           this force until it has rested
+///           goes 20 mm within 0.2 s, as if a quarter of gravity or more drew it (0.3 m/s), within
+///           60° of this force and with less help of any other. The gain is then zero until the
+///           force is closed, or a hand has come: the handle stands so again, and is taken 10 mm
+///           from there. A hand may start as an arm is thrown; it misses this force until it rests
 ///   bound   20 mm, or 0.2 s from standing still, after which the arm is as without a table
 WeightOutput hold_weight(const SafetyLimits& limits, WeightState& state, const WeightInput& input,
                          double dt);

@@ -39,7 +39,11 @@ struct HeldSession {
     in.holding_B = holding_B;
     return in;
   }
-  ServoFrame step(const Vec3& p_B = {}) { return servo_step(model, state, input(p_B)); }
+  ServoFrame step(const Vec3& p_B = {}, const Vec3& v_B = {}) {
+    ServoInput in = input(p_B);
+    in.device.V_BH.v = v_B;
+    return servo_step(model, state, in);
+  }
   ServoFrame run(int ticks) {
     for (int i = 1; i < ticks; ++i) step();
     return step();
@@ -157,7 +161,7 @@ struct BareArm {
   explicit BareArm(double table) { session.holding_B = {{0, 0, table * kWeight}, {}}; }
 
   void step(double hand = 0) {
-    const ServoFrame frame = session.step({0, 0, z});
+    const ServoFrame frame = session.step({0, 0, z}, {0, 0, v});
     flags = frame.flags;
     constexpr int kParts = 10;
     for (int i = 0; i < kParts && !is_held; ++i) {
@@ -231,15 +235,19 @@ TEST_CASE("weight: it is caught while it comes, too", "[servo]") {
 }
 
 TEST_CASE("weight: a hand that leads the arm to and fro is there", "[servo]") {
-  // 60 mm up and down, 0.5 m/s at most, ever wider; or from rest, with a button down
-  const bool from_rest = GENERATE(false, true);
+  // 60 mm up and down: fast and ever wider; fast from rest, with a button down; from rest, in 0.6 s
+  const int which = GENERATE(0, 1, 2);
+  const bool from_rest = which > 0;
   HeldSession s;
   s.run(1100);
   for (int i = 0; i < 3000; ++i) {
-    const double phase = from_rest ? std::clamp(0.015 * (i % 1000 - 400), 0.0, 2 * kPi) : 0.015 * i;
+    const double rate = which == 2 ? 5.2 : 15;  // of the stroke [rad/s]
+    const double since = 1e-3 * (from_rest ? std::max(i % 1500 - 300, 0) : i);
+    const double phase = from_rest ? std::min(rate * since, 2 * kPi) : rate * since;
     const double half = from_rest ? 30e-3 : std::min(30e-3, 1e-5 * i);
     ServoInput in = s.input({0, 0, half * (1 - std::cos(phase))});
-    if (from_rest) in.device.buttons = 1;
+    in.device.V_BH.v.z = half * rate * std::sin(phase);
+    in.device.buttons = which == 1 ? 1 : 0;
     REQUIRE((servo_step(s.model, s.state, in).flags & kServoWeightEnded) == 0);
   }
 }
@@ -250,7 +258,10 @@ TEST_CASE("weight: a hand that starts as an arm is thrown misses it until it has
   s.run(1100);
   const auto stroke = [](int i) { return Vec3{0, 0, 0.03 * (1 - std::cos(0.015 * i))}; };
   bool ended = false;
-  for (int i = 0; i < 200; ++i) ended |= (s.step(stroke(i)).flags & kServoWeightEnded) != 0;
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 v_B{0, 0, 0.45 * std::sin(0.015 * i)};
+    ended |= (s.step(stroke(i), v_B).flags & kServoWeightEnded) != 0;
+  }
   CHECK(ended);
   for (int i = 0; i < 300; ++i) s.step(stroke(200));
   for (int i = 0; i <= 1200; ++i) s.step(stroke(200) + Vec3{1e-5 * i, 0, 0});

@@ -2,8 +2,15 @@
 #include "tests/support/driver/known_weight.h"
 
 #include <cmath>
-#include <stdexcept>
-#include <string>
+#include <utility>
+
+#include "device-io/owndevice/own_device_arm.h"
+#include "device-io/polhem/kinematics.h"
+#include "device-io/sixmotors/kinematics.h"
+#include "tests/support/driver/emulated_arm.h"
+#include "tests/support/driver/falcon_bench.h"
+#include "tests/support/driver/haply_bench.h"
+#include "tests/support/driver/hid_arm_bench.h"
 
 namespace haptic::test {
 namespace {
@@ -94,7 +101,7 @@ double falcon_moment(const GravityConfig& g, const Vec3& p_B, const Vec3& up) {
     };
     // within the workspace the arms lean between −50° and 80°, and rising shortens the rod
     double low = -0.9, high = 1.4;
-    for (int n = 0; n < 60; ++n) {
+    for (int n = 0; n < 42; ++n) {
       const double middle = (low + high) / 2;
       (rod_length(middle) > 0.1025 ? low : high) = middle;
     }
@@ -109,6 +116,43 @@ double falcon_moment(const GravityConfig& g, const Vec3& p_B, const Vec3& up) {
            raised(g.links[1], begin, end, aside / norm(aside), up);
   }
   return sum;
+}
+
+/// True if its motors turn the handle.
+bool turns(std::string_view driver) {
+  return driver == "six motors" || driver == "own device";
+}
+
+/// The emulated device of a driver, with its load.
+template <typename Bench, typename Options>
+std::unique_ptr<DriverBench> opened(Options options, const SimulatedHandConfig& hand,
+                                    PlantLoad load, const DeviceConfig& config) {
+  options.hand = hand;
+  options.load = std::move(load);
+  return std::make_unique<Bench>(options, config);
+}
+
+std::unique_ptr<DriverBench> open_loaded(std::string_view driver, const SimulatedHandConfig& hand,
+                                         PlantLoad load) {
+  DeviceConfig config;
+  config.max_force = config.max_torque = 100;
+  if (driver == "falcon") return opened<FalconBench>(EmulatedFalconOptions{}, hand, load, config);
+  if (driver == "haply") return opened<HaplyBench>(EmulatedHaplyOptions{}, hand, load, config);
+  if (driver == "hid arm") return opened<HidArmBench>(EmulatedHidArmOptions{}, hand, load, config);
+  EmulatedDeviceOptions options;
+  if (driver == "polhem") options.arm = &polhem_arm();
+  if (driver == "six motors") options.arm = &six_motors_arm();
+  if (driver == "own device") options.arm = &own_device_arm();
+  return opened<EmulatedArm>(options, hand, load, config);
+}
+
+/// Nobody's hand, about a handle that stands at a place.
+SimulatedHandConfig nobody(const DriverRow& row, const Vec3& place_B) {
+  SimulatedHandConfig hand = pressing(row, "none", 0);
+  hand.intent.centre_B = place_B;
+  hand.intent.tremor_amplitude = 0;
+  hand.hand_damping = 1e-9;  // so that it begins there
+  return hand;
 }
 
 }  // namespace
@@ -141,7 +185,7 @@ GravityConfig times(double factor, GravityConfig g) {
 
 double weight_energy(std::string_view driver, const GravityConfig& g, const Pose& X_BH) {
   const Vec3 up = g.down_B != Vec3{} ? -1.0 * g.down_B : Vec3{0, 0, 1};
-  const Vec3 centre = driver == "six motors" || driver == "own device" ? g.handle.centre : Vec3{};
+  const Vec3 centre = turns(driver) ? g.handle.centre : Vec3{};
   double sum = g.handle.mass * dot(X_BH * centre, up);
   if (driver == "falcon") sum += falcon_moment(g, X_BH.p, up);
   if (driver == "haply") sum += haply_moment(g, X_BH.p, up);
@@ -166,8 +210,36 @@ Wrench pull_of_weight(std::string_view driver, const GravityConfig& g, const Pos
       return weight_energy(driver, g, {X_BH.p, from_rotation_vector(by) * X_BH.q});
     };
     F_B.f[i] = (moved(-1.0 * way) - moved(way)) / (2 * kWay);
-    F_B.t[i] = (turned(-1.0 * turn) - turned(turn)) / (2 * kTurn);
+    if (turns(driver)) F_B.t[i] = (turned(-1.0 * turn) - turned(turn)) / (2 * kTurn);
   }
+  return F_B;
+}
+
+WeighedArm::WeighedArm(const DriverRow& row, const GravityConfig& gravity, const Vec3& at_B)
+    : place_B(at_B),
+      driver_(row.name),
+      gravity_(gravity),
+      up_B_(gravity.down_B != Vec3{} ? -1.0 * gravity.down_B : Vec3{0, 0, 1}),
+      bench_(open_loaded(row.name, nobody(row, at_B),
+                         [this](const HandPlant& plant) { return load(plant); })) {}
+
+Wrench WeighedArm::load(const HandPlant& plant) {
+  constexpr double kWay = 5e-5, kTurn = 5e-4;    // of which the weight knows nothing: 1 mN
+  constexpr double kHold = 2000, kHoldTurn = 2;  // [N/m], [N·m/rad]
+  const Pose X_BH{plant.p_B, plant.q_B};
+  // one that moves has its weight of 2 ms ago
+  if (norm(X_BH.p - pulled_at_.p) > kWay + 2e-3 * norm(plant.v_B) ||
+      norm(to_rotation_vector(X_BH.q * conjugate(pulled_at_.q))) > kTurn) {
+    pull_B_ = pull_of_weight(driver_, gravity_, X_BH);
+    pulled_at_ = X_BH;
+  }
+  Wrench F_B = pull_B_;
+  if (is_held) {
+    F_B.f += kHold * (place_B - X_BH.p) - 20.0 * plant.v_B;
+    F_B.t += -kHoldTurn * to_rotation_vector(X_BH.q) - 0.01 * plant.w_B;
+  }
+  const double below = stand - dot(X_BH.p, up_B_);
+  if (has_stand && below > 0) F_B.f += (1e4 * below - 20 * dot(plant.v_B, up_B_)) * up_B_;
   return F_B;
 }
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <functional>
+#include <memory>
 #include <string_view>
 
 #include "proto/config/device_config.h"
 #include "proto/math/pose.h"
+#include "tests/support/driver/rows.h"
 
 namespace haptic::test {
 
@@ -22,5 +23,31 @@ double weight_energy(std::string_view driver, const GravityConfig& gravity, cons
 
 /// The pull of that weight on the handle, −∇U by differences.
 Wrench pull_of_weight(std::string_view driver, const GravityConfig& gravity, const Pose& X_BH);
+
+/// A bare arm with these masses behind its bytes, which somebody holds at a place until he lets go.
+/// Its mass, damping and friction at the handle are those of the driver's row.
+class WeighedArm {
+ public:
+  WeighedArm(const DriverRow& row, const GravityConfig& gravity, const Vec3& place_B);
+
+  DriverBench& device() { return *bench_; }
+  /// On the handle, where it is.
+  const Wrench& pull_B() const { return pull_B_; }
+
+  bool is_held = true;
+  Vec3 place_B;       // where it is held
+  double stand = -1;  // height of what it lies on, along up [m]
+  bool has_stand = false;
+
+ private:
+  Wrench load(const HandPlant& plant);
+
+  std::string_view driver_;
+  GravityConfig gravity_;
+  Vec3 up_B_;
+  Pose pulled_at_{{1e9, 0, 0}, {}};
+  Wrench pull_B_;
+  std::unique_ptr<DriverBench> bench_;
+};
 
 }  // namespace haptic::test
