@@ -26,6 +26,7 @@ struct DeviceCaps {
   double max_torque = 0;   // [N·m]; 0: no torque actuators
   bool open_loop = false;  // the wrench has no effect on the motion
   bool simulated = false;
+  bool is_planar = false;  // it moves in the plane z = 0 of B
   Causality causality = Causality::kImpedance;
 };
 

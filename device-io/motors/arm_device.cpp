@@ -21,7 +21,7 @@ ArmDevice::ArmDevice(const Arm& arm, const DeviceConfig& config)
 }
 
 DeviceCaps ArmDevice::caps() const {
-  return {.max_force = max_force_, .max_torque = max_torque_};
+  return {.max_force = max_force_, .max_torque = max_torque_, .is_planar = arm_.motors == 2};
 }
 
 Wrench ArmDevice::holding(const GravityConfig& gravity) const {

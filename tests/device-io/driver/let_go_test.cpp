@@ -20,7 +20,7 @@ class HeldUp {
       : row_(row), table_(table), arm(row, known_masses(row.name), place()) {
     model_.limits.max_force = arm.device().caps().max_force;
     model_.limits.max_torque = arm.device().caps().max_torque;
-    run(1200);
+    run(1050);
   }
 
   void run(int ticks) {
@@ -38,12 +38,12 @@ class HeldUp {
   void lead() {
     arm.is_held = true;
     const Vec3 from_B = arm.place_B, to_B = place();
-    for (int i = 1; i <= 350; ++i) {
-      const double x = i / 350.0;
+    for (int i = 1; i <= 300; ++i) {
+      const double x = i / 300.0;
       arm.place_B = from_B + x * x * (3 - 2 * x) * (to_B - from_B);
       run(1);
     }
-    run(100);
+    run(60);
   }
   const Vec3& p_B() { return arm.device().plant().p_B; }
 
@@ -85,7 +85,7 @@ TEST_CASE("let go: an arm that is held up stays in twenty places", "[device-io]"
     held.lead();
     const Vec3 from_B = held.p_B();
     held.arm.is_held = false;
-    held.run(100);
+    held.run(60);
     farthest = std::max(farthest, norm(held.p_B() - from_B));
     missing = std::max(missing, norm(held.arm.device().felt_B().f + held.arm.pull_B().f));
     weight = std::max(weight, norm(held.arm.pull_B().f));

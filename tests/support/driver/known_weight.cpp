@@ -239,7 +239,11 @@ Wrench WeighedArm::load(const HandPlant& plant) {
     F_B.t += -kHoldTurn * to_rotation_vector(X_BH.q) - 0.01 * plant.w_B;
   }
   const double below = stand - dot(X_BH.p, up_B_);
-  if (has_stand && below > 0) F_B.f += (1e4 * below - 20 * dot(plant.v_B, up_B_)) * up_B_;
+  if (has_stand && below > 0) {
+    // a cup, which keeps what lies in it
+    const Vec3 off = X_BH.p - place_B;
+    F_B.f += 1e4 * below * up_B_ - 1e3 * (off - dot(off, up_B_) * up_B_) - 20.0 * plant.v_B;
+  }
   return F_B;
 }
 
