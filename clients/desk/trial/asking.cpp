@@ -14,9 +14,9 @@
 
 namespace haptic {
 
-void add_tried_device(Command& command, TriedDevice& device) {
-  command.option("KIND|CONFIG", device.what, "kind of the device, or a session file with it")
-      .required();
+void add_tried_device(Command& command, TriedDevice& device, const std::string& name,
+                      const std::string& help) {
+  command.option(name, device.what, help).required();
   command.option("--path NODE", device.path, "serial port of the device");
   command.flag("-y,--yes", device.yes, "ask nothing: the device moves by itself");
 }

@@ -15,8 +15,9 @@ struct TriedDevice {
   bool yes = false;        // nothing is asked
 };
 
-/// Adds the words that name it, and --yes.
-void add_tried_device(Command& command, TriedDevice& device);
+/// Adds the word that names it, written like this, and --path and --yes.
+void add_tried_device(Command& command, TriedDevice& device, const std::string& name,
+                      const std::string& help);
 
 /// Its session file, or the defaults of its kind. Throws InputError where there is nothing to move.
 SessionConfig config_of(const TriedDevice& device);

@@ -215,7 +215,8 @@ void add_try_command(Command& devices, bool& ran, const ReportFacts& facts) {
   const auto options = std::make_shared<TryOptions>();
   Command command = devices.subcommand(
       "try", "Try a new device in three guarded steps, from reading it to all of its force");
-  add_tried_device(command, *options);
+  add_tried_device(command, *options, "KIND|CONFIG",
+                   "kind of the device, or a session file with it");
   command.option("-o,--output FILE", options->output,
                  "name of the report, which has each step and the bytes of both sides");
   add_overwrite(command, options->overwrite);

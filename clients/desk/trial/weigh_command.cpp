@@ -20,10 +20,11 @@
 namespace haptic {
 namespace {
 
-constexpr double kSoft = 200;         // most of the spring [N/m]: 1 N at 5 mm
-constexpr double kMostDamping = 2;    // [N·s/m]
-constexpr double kTurning = 0.2;      // of the handle [N·m/rad]
-constexpr double kWellWeighed = 0.1;  // residual by weight; above it something else pulls
+constexpr double kSoft = 200;       // most of the spring [N/m]: 1 N at 5 mm
+constexpr double kMostDamping = 2;  // [N·s/m]
+constexpr double kTurning = 0.2;    // of the handle [N·m/rad]
+// residual by weight and friction; above it something else pulls
+constexpr double kWellWeighed = 0.1;
 
 size_t links_of(const DeviceRow& device) {
   const auto none = std::ranges::find(device.links, std::string_view{});
@@ -51,10 +52,9 @@ SessionConfig weighed_config(const TriedDevice& tried) {
     throw InputError(std::string(device.name) + " has no motors that hold up an arm; leave it");
   }
   if (!(config.device.workspace_radius > 0)) {
-    throw InputError(
-        "where may the arm be led? Give a session file with workspace_radius in "
-        "[device] instead of " +
-        shown(tried.what));
+    throw InputError(shown(tried.what) +
+                     ": says not where the arm may be led; give a session file with "
+                     "workspace_radius in [device]");
   }
   return config;
 }
@@ -67,13 +67,14 @@ bool show(const DeviceRow& device, const Weighing& weighing) {
             << formatted("friction: %.3g N, at most %.3g N; it is not compensated\n", fit.friction,
                          fit.most_friction)
             << formatted("residual: %.3g N, at most %.3g N\n", fit.residual, fit.largest_residual);
-  if (fit.residual > kWellWeighed * fit.most_weight) {
+  const bool is_told = fit.residual <= kWellWeighed * (fit.most_weight + fit.friction);
+  if (!is_told) {
     std::cout << "this table does not explain the weight: is a cable pulling, a stand in its way, "
                  "`down` wrong, or its friction uneven?\n";
   }
   std::cout << "\nfor the session file:\n\n"
             << gravity_block(fit.gravity, device.links) << std::flush;
-  return fit.residual <= kWellWeighed * fit.most_weight;
+  return is_told;
 }
 
 void weigh(const TriedDevice& tried) {
@@ -118,7 +119,7 @@ void add_weigh_command(Command& devices, bool& ran) {
   const auto tried = std::make_shared<TriedDevice>();
   Command command = devices.subcommand(
       "weigh", "Weigh an arm that nobody holds, for [device.gravity]: led about softly for 90 s");
-  add_tried_device(command, *tried);
+  add_tried_device(command, *tried, "CONFIG", "session file with the device");
   command.example("hapt devices weigh configs/woodenhaptics.toml");
   command.action([tried, &ran] {
     ran = true;

@@ -121,7 +121,7 @@ std::string gravity_block(const GravityConfig& gravity, std::span<const std::str
     if (mm == Vec3{}) continue;
     text += formatted("centre = [\"%.2f mm\", \"%.2f mm\", \"%.2f mm\"]\n", mm.x, mm.y, mm.z);
   }
-  return text;
+  return replaced(text, {{"-0.00 ", "0.00 "}});
 }
 
 }  // namespace haptic
