@@ -72,7 +72,7 @@ struct Arm {
   MotorCounts counts(const JointAngles& q) const;
   Pose pose(const JointAngles& q) const;
   /// The motors that exert a wrench, by joint torques τ = Jᵀ F. False, and they are zero, where the
-  /// arm is singular. Friction and gravity are not compensated.
+  /// arm is singular. Friction and weight are not in it.
   bool efforts(const JointAngles& q, const Pose& X_BH, const Wrench& F_B, MotorEfforts& out) const;
   /// The wrench that motors exert, F = J⁻ᵀ τ, of an arm with three motors, or with six of which the
   /// last three turn the handle about its origin: their torques give the torque on the hand; what
