@@ -26,6 +26,7 @@ struct DeviceCaps {
   double max_torque = 0;   // [N·m]; 0: no torque actuators
   bool open_loop = false;  // the wrench has no effect on the motion
   bool simulated = false;
+  bool is_planar = false;  // it moves in the plane z = 0 of B
   Causality causality = Causality::kImpedance;
 };
 
@@ -68,6 +69,10 @@ class Device {
   /// Commands an admittance device to reach this pose of the handle in B one tick from now, where
   /// it rests until the next command. Others are never asked.
   virtual void move(const Pose& /*X_BH*/) {}
+
+  /// The wrench on the handle that holds up arm and handle where the last read found them, by these
+  /// masses. Zero: it has no arm, or is where none can be known.
+  virtual Wrench holding(const GravityConfig& /*gravity*/) const { return {}; }
 
   /// Commands a zero wrench, or to rest where it is. Idempotent; called whenever the loop ends. May
   /// wait at most 40 ms for the device's confirmation.

@@ -42,8 +42,15 @@ Outcome impedance_tick(const ServoModel& model, ServoState& state, const ServoIn
   safety.contacts_finite = rendered.finite;
   safety.fading = (start.age.flags & (kServoFading | kServoStale)) != 0;
   safety.surface_B = surface_in_device(model, rendered, out.tool.X_WT);
+  const MotorHeat heat = state.safety.heat;
   out.safe = make_safe(model.limits, state.safety, safety, model.dt);
-  out.F_device_B = out.safe.F_B;
+  const WeightOutput held = hold_weight(model.limits, state.weight,
+                                        {input.holding_B, out.safe.F_B, start.sample.device,
+                                         start.flags | out.safe.flags, input.released, heat},
+                                        model.dt);
+  state.safety.heat = held.heat;
+  out.F_device_B = held.F_B;
+  out.flags = held.flags;
   out.X_command_B = X_BH;
   // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps
   if (out.safe.jumped) out.tool = {state.X_WT, {}, out.tool.is_clutched};

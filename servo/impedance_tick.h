@@ -6,7 +6,8 @@
 namespace haptic {
 
 /// The rest of a tick of a device that measures a pose and is told a wrench: tool → how the scene
-/// answers it → wrench at the handle → safety.
+/// answers it → wrench at the handle → safety →
+/// what holds up the arm.
 Outcome impedance_tick(const ServoModel& model, ServoState& state, const ServoInput& input,
                        const TickStart& start);
 

@@ -12,7 +12,7 @@ namespace {
 // changes worth a line in the log; contact itself comes and goes all the time
 constexpr uint32_t kNotable = kServoStale | kServoFault | kServoClutched | kServoPaused |
                               kServoNoContactSet | kServoTorqueDropped | kServoDisarmed |
-                              kServoTooFast | kServoThermal | kServoNoDevice;
+                              kServoTooFast | kServoThermal | kServoNoDevice | kServoWeightEnded;
 
 // [ticks] hapticd releases the device after kReleaseAfterTicks; margin for the skew of its checks
 constexpr int64_t kMaybeReleasedTicks = kReleaseAfterTicks - 2;
@@ -46,6 +46,7 @@ ServoLoop::ServoLoop(const SessionConfig& config, Device& device, ServoInbox& in
       inbox_(inbox),
       channels_(channels),
       model_(build_model(config, device)),
+      gravity_(config.device.gravity),
       patience_ns_(device.release().size > 0 ? kMaybeReleasedTicks * period_ns(config.servo_rate)
                                              : std::numeric_limits<int64_t>::max()) {
   if (device.release().size > 0) channels_.releases.publish(device.release());
@@ -56,6 +57,7 @@ void ServoLoop::tick(const Tick& tick) {
   channels_.frames.prefetch();
   inbox_.prefetch();
   device_.read({tick.deadline_ns, woke_ns}, input_.device);
+  if (has_weight(gravity_)) input_.holding_B = device_.holding(gravity_);
   input_.tick = tick.index;
   input_.t_ns = tick.deadline_ns;
   inbox_.receive(input_);

@@ -55,6 +55,7 @@ class ServoLoop {
   ServoInbox& inbox_;
   ServoChannels& channels_;
   ServoModel model_;
+  const GravityConfig gravity_;
   ServoState state_;
   ServoInput input_;
   ServoFrame frame_{};

@@ -17,6 +17,7 @@
 #include "servo/render/render.h"
 #include "servo/safety/contact_age.h"
 #include "servo/safety/safety.h"
+#include "servo/safety/weight.h"
 
 /// The types of a tick (its state, its inputs, and the values that its stages return) and its first
 /// stage. The frame is written once, at the end (step.h).
@@ -76,6 +77,7 @@ struct ServoState {
   Pace pace;
   BehindSince behind;
   SafetyState safety;
+  WeightState weight;
   AdmittanceState admittance;  // of an admittance device
   Clutch clutch;
   bool started = false;
@@ -98,6 +100,7 @@ struct ServoInput {
   uint64_t skipped = 0;
   bool released = false;  // the servo was held up so long that the device was let go
   DeviceState device{};
+  Wrench holding_B;  // that holds up the weight of the device's own arm; zero: none is known
   const ContactSet* contacts = nullptr;
   uint64_t contact_generation = 0;  // of the segment the set came from
   const SceneFrame* scene = nullptr;

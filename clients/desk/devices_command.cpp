@@ -6,6 +6,7 @@
 #include "clients/desk/device_list.h"
 #include "clients/desk/report_facts.h"
 #include "clients/desk/trial/command.h"
+#include "clients/desk/trial/weigh_command.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
 
@@ -31,9 +32,10 @@ void add_devices_command(Command& app) {
   add_json(command, options->json);
   add_try_command(command, options->tried,
                   [](const std::string& node) { return report_facts(node); });
+  add_weigh_command(command, options->tried);
   command.example("hapt devices --json");
   command.action([options] {
-    // the action of `try` has run before
+    // the action of `try` or `weigh` has run before
     if (!options->tried) list_devices(options->json);
   });
 }

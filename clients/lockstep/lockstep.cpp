@@ -243,6 +243,8 @@ bool Lockstep::tick(OneHand& hand, int64_t t_ns) {
   input.t_ns = input.realtime_ns = t_ns;
   hand.device->read({t_ns, t_ns}, input.device);
   if ((input.device.flags & kDeviceEnded) != 0) return false;
+  const GravityConfig& gravity = hand.config.device.gravity;
+  if (has_weight(gravity)) input.holding_B = hand.device->holding(gravity);
 
   const SceneFrame* const scene = seen_scene(hand, input.tool_stiffness);
   const uint64_t latency = hand.options.contact_latency;

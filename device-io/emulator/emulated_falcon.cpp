@@ -215,6 +215,7 @@ void EmulatedFalcon::take_packet(int64_t t_ns) {
 void EmulatedFalcon::answer() {
   if (lie_ == EmulatorFault::kSilent) return;
   ++answers_;
+  sense();
   std::array<int, 3> said = counts_;
   if (lie_ == EmulatorFault::kNoise) said[1] += static_cast<int>(random_() % 61) - 30;
   if (lie_ == EmulatorFault::kFlipped) said[1] = 2 * mirror_[1] - said[1];
@@ -267,9 +268,9 @@ void EmulatedFalcon::advance_to(int64_t t_ns) {
     pushes = false;
   }
   if (!pushes) force_B_ = {};
-  advance(options_.hand, intention_, plant_, {force_B_, {}}, t_ns - t_ns_);
+  advance(options_.hand, intention_, plant_, with_load({force_B_, {}}, options_.load, plant_),
+          t_ns - t_ns_);
   t_ns_ = t_ns;
-  sense();
 }
 
 }  // namespace haptic

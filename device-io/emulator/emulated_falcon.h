@@ -16,6 +16,7 @@ namespace haptic {
 struct EmulatedFalconOptions {
   SimulatedHandConfig hand{};  // the device and the hand that holds it
   Intention intention{};       // of that hand; none: its seeded one
+  PlantLoad load{};            // beside hand and motors
   bool has_firmware = false;   // of an earlier program
   bool is_homed = true;        // once its firmware runs
   int wrong_echoes = 0;        // of the image: that many times one byte comes back wrong

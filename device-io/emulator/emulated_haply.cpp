@@ -252,7 +252,8 @@ bool EmulatedHaply::run_command() {
 
 void EmulatedHaply::move_to(int64_t t_ns) {
   if (t_ns <= t_ns_) return;
-  advance(options_.hand, intention_, plant_, {force_B_, {}}, t_ns - t_ns_);
+  advance(options_.hand, intention_, plant_, with_load({force_B_, {}}, options_.load, plant_),
+          t_ns - t_ns_);
   t_ns_ = t_ns;
   if (largest_torque() > 0) force_B_ = motor_force();
 }

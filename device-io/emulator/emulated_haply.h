@@ -16,6 +16,7 @@ namespace haptic {
 
 struct EmulatedHaplyOptions {
   SimulatedHandConfig hand{};    // the device and the hand that holds it
+  PlantLoad load{};              // beside hand and motors
   PantographConfig arm{};        // its lengths, counts, signs and ports
   bool is_m0 = false;            // two ports, half the counts, torques scaled together
   Vec3 home_B{0, 0.0360555, 0};  // where the handle is held when the board is set up [m]

@@ -176,7 +176,8 @@ void EmulatedHidArm::advance_to(int64_t t_ns) {
     milliamperes_ = {};
     force_B_ = {};
   }
-  advance(options_.hand, intention_, plant_, {force_B_, {}}, t_ns - t_ns_);
+  advance(options_.hand, intention_, plant_, with_load({force_B_, {}}, options_.load, plant_),
+          t_ns - t_ns_);
   t_ns_ = t_ns;
   sense();
   if (enabled_) force_B_ = motor_force();

@@ -12,6 +12,7 @@
 namespace haptic {
 
 struct EmulatedHidArmOptions {
+  PlantLoad load{};            // beside hand and motors
   SimulatedHandConfig hand{};  // the device and the hand that holds it
   HidArmConfig arm{};          // its lengths, capstans, encoders and signs
   std::string product{"HID DEVICE"}, serial{"0123456789"};  // as mbed's library has them

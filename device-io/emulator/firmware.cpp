@@ -72,7 +72,8 @@ void EmulatedDevice::pass_time(int64_t t_ns) {
   while (t_ns_ < t_ns) {
     const int64_t step_ns = std::min(t_ns - t_ns_, kForceStepNs);
     solve();
-    const Wrench F_B = options_.arm->wrench(joint_angles_, amperes());
+    const Wrench F_B =
+        with_load(options_.arm->wrench(joint_angles_, amperes()), options_.load, plant_);
     advance(options_.hand, intention_, plant_, F_B, step_ns);
     t_ns_ += step_ns;
   }

@@ -47,6 +47,7 @@ static_assert(sizeof(EmulatorRecord) % 8 == 0);
 struct EmulatedDeviceOptions {
   SimulatedHandConfig hand;  // the device and the hand that holds it
   Intention intention{};     // of that hand; none: its seeded one
+  PlantLoad load{};          // beside hand and motors
   const Arm* arm = &woodenhaptics_arm();
   int64_t button_ns = 0;                  // instant of the calibration button; 0: not needed
   int64_t sample_period_ns = 10'000'000;  // between records without an event

@@ -35,6 +35,10 @@ Arm falcon_arm(const FalconConfig& config) {
     FalconPose pose;
     return solve_falcon(kGeometry, X_BH.p, pose) && falcon_jacobian(pose, J);
   };
+  arm.down_B = {0, -1, 0};
+  arm.links = [](const LinkMasses& links, const JointAngles&, const Pose& X_BH) {
+    return falcon_moment(kGeometry, links, X_BH.p);
+  };
   return arm;
 }
 

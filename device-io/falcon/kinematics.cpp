@@ -48,6 +48,29 @@ bool solve_falcon(const FalconGeometry& g, const Vec3& p_B, FalconPose& pose) no
   return true;
 }
 
+Vec3 falcon_moment(const FalconGeometry& g, const LinkMasses& links, const Vec3& p_B) noexcept {
+  Vec3 sum;
+  FalconPose pose;
+  if (!solve_falcon(g, p_B, pose)) return sum;
+  for (size_t i = 0; i < 3; ++i) {
+    const double theta = pose.angles[static_cast<int>(i)];
+    const Vec3 out{std::cos(g.azimuth[i]), std::sin(g.azimuth[i]), 0}, left{-out.y, out.x, 0};
+    const Vec3 axis{0, 0, 1};
+    const Vec3 motor = g.motor_radius * out + g.motor_shift * left - g.origin_z * axis;
+    const Vec3 arm = std::cos(theta) * out + std::sin(theta) * axis;
+    const Vec3 knee = motor + g.upper_arm * arm;
+    const Vec3 plate = p_B + g.plate_radius * out + g.plate_shift * left;
+    // the rods begin and end where the leg's own offsets have led, in its plane
+    const double across = dot(plate - knee, left);
+    const Vec3 in_plane = normalized(plate - knee - across * left);
+    const Vec3 rod = normalized(plate - knee - (g.knee + g.ankle) * in_plane);
+    const Vec3 beside = normalized(cross(cross(in_plane, left), rod));
+    sum += links[0].mass * link_place(motor, arm, left, links[0].centre) +
+           links[1].mass * link_place(knee + g.knee * in_plane, rod, beside, links[1].centre);
+  }
+  return sum;
+}
+
 bool find_falcon_handle(const FalconGeometry& g, const Vec3& angles, Vec3& p_B) noexcept {
   Vec3 p = p_B;
   FalconPose pose;

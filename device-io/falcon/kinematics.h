@@ -47,6 +47,11 @@ bool solve_falcon(const FalconGeometry& g, const Vec3& p_B, FalconPose& pose) no
 /// steps, or out of reach. From the place a millisecond ago it takes two steps.
 bool find_falcon_handle(const FalconGeometry& g, const Vec3& angles, Vec3& p_B) noexcept;
 
+/// First moment in B of the three upper arms and the three parallelograms at a place of the handle:
+/// x along the upper arm, or along the rods from the knee on; y across the leg, for the rods as
+/// nearly as they allow. Zero out of reach.
+Vec3 falcon_moment(const FalconGeometry& g, const LinkMasses& links, const Vec3& p_B) noexcept;
+
 /// Velocity of the handle per angular velocity of each upper arm, the columns of (∂θ/∂p)⁻¹ [m/rad].
 /// False: the pose is singular.
 bool falcon_jacobian(const FalconPose& pose, HandleJacobian& J) noexcept;

@@ -48,6 +48,12 @@ using Intention = std::function<Intent(double t)>;
 /// That of config.intent.
 Intention seeded_intention(const SimulatedHandConfig& config);
 
+/// All else that pulls at a handle: the weight of its arm, a stand that it lies on. None: nothing.
+using PlantLoad = std::function<Wrench(const HandPlant& plant)>;
+inline Wrench with_load(const Wrench& F_B, const PlantLoad& load, const HandPlant& plant) {
+  return load ? F_B + load(plant) : F_B;
+}
+
 /// True if the handle turns at all.
 bool can_turn(const SimulatedHandConfig& config);
 

@@ -43,6 +43,9 @@ Arm haply_arm(const PantographConfig& config) {
     for (size_t i = 0; i < 2; ++i) J[ports[i]].v = links[i];
     return true;
   };
+  arm.links = [geometry, ports](const LinkMasses& links, const JointAngles& q, const Pose& X_BH) {
+    return pantograph_moment(geometry, links, {q[ports[0]], q[ports[1]]}, X_BH.p);
+  };
   return arm;
 }
 

@@ -40,6 +40,22 @@ bool find_pantograph_handle(const PantographGeometry& g, const PantographAngles&
   return true;
 }
 
+Vec3 pantograph_moment(const PantographGeometry& g, const LinkMasses& links,
+                       const PantographAngles& angles, const Vec3& p_B) {
+  Vec3 sum;
+  for (int i = 0; i < 2; ++i) {
+    const Vec3 from = motor(g, i), end = elbow(g, angles, i);
+    const auto moment = [&](const LinkMass& link, const Vec3& at, const Vec3& to) {
+      const Vec3 along = normalized(to - at), left = left_of(along);
+      const Vec3 place =
+          link_place(at, along, i == 0 ? left : -left, {link.centre.x, link.centre.y, 0});
+      return link.mass * (place + Vec3{0, 0, link.centre.z});
+    };
+    sum += moment(links[0], from, end) + moment(links[1], end, p_B);
+  }
+  return sum;
+}
+
 bool pantograph_jacobian(const PantographGeometry& g, const PantographAngles& angles,
                          const Vec3& p_B, std::array<Vec3, 2>& J) {
   const std::array<Vec3, 2> u{p_B - elbow(g, angles, 0), p_B - elbow(g, angles, 1)};

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "device-io/motors/arm.h"
 #include "proto/math/vec3.h"
 
 namespace haptic {
@@ -26,6 +27,11 @@ using PantographAngles = std::array<double, 2>;
 /// or the elbows meet.
 bool find_pantograph_handle(const PantographGeometry& geometry, const PantographAngles& angles,
                             Vec3& p_B);
+
+/// First moment in B of both driven links and both others: x along the link, from its motor or its
+/// elbow on; y to the outside of the linkage, so that both sides are each other's mirror image.
+Vec3 pantograph_moment(const PantographGeometry& geometry, const LinkMasses& links,
+                       const PantographAngles& angles, const Vec3& p_B);
 
 /// Velocity of the handle per angular velocity of each driven link, ∂p/∂θᵢ [m/rad]. Since a distal
 /// link uᵢ from elbow to handle keeps its length, uᵢ · ṗ = uᵢ · tᵢ θ̇ᵢ with the elbow's velocity tᵢ

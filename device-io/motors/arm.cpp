@@ -71,6 +71,11 @@ Wrench Arm::wrench(const JointAngles& q, const MotorEfforts& efforts) const {
   if (!jacobian(q, pose(q), J)) return {};
   std::array<double, kMostMotors> torque{};
   for (size_t i = 0; i < motors; ++i) torque[i] = axes[i].torque * efforts[i];
+  return wrench_of(J, torque);
+}
+
+Wrench Arm::wrench_of(HandleJacobian J, std::array<double, kMostMotors> torque) const {
+  if (motors == 2) J[2].v = {0, 0, 1};
   Wrench F_B;
   if (max_torque > 0) {
     const Vec3 wrist{torque[3], torque[4], torque[5]};

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "device-io/sensing/motor_counts.h"
+#include "proto/config/device_config.h"
 #include "proto/math/pose.h"
 
 namespace haptic {
@@ -16,6 +17,7 @@ using Milliamperes = MotorNumbers;                      // the same, of one that
 using JointAngles = std::array<double, kMostMotors>;    // [rad]
 /// Currents of motors [A], or their torques [N·m] where the device takes torques.
 using MotorEfforts = std::array<double, kMostMotors>;
+using LinkMasses = std::array<LinkMass, kMostLinks>;  // by DeviceRow::links
 /// Column i: velocity and angular velocity of the handle in B, per velocity of joint i.
 using HandleJacobian = std::array<Twist, kMostMotors>;
 
@@ -46,6 +48,7 @@ struct Arm {
   double most_effort = 0;   // of a motor; 0: [device.serial] says, of one on a serial line
   double numbers = 1000;    // that a unit of effort is told as: thousandths
   double cutoff = 0;        // of the velocity [Hz]; 0: likewise
+  Vec3 down_B{0, 0, -1};    // where gravity pulls, unless [device.gravity] says otherwise
   double least_volume = 0;  // of the first three columns of the Jacobian: singular below [m³]
   std::array<Axis, kMostMotors> axes{};
 
@@ -58,19 +61,33 @@ struct Arm {
   /// emulators need it; empty: theirs is not ours.
   std::function<bool(const Pose& X_BH, JointAngles& q)> solve{};
 
+  /// First moment of its links, Σ m p with p the centre of each in B [kg·m]; the handle is not
+  /// among them. It may take the links' places from the angles or from the handle. Empty: it has no
+  /// links that are known.
+  std::function<Vec3(const LinkMasses& masses, const JointAngles& q, const Pose& X_BH)> links{};
+
   std::array<double, kMostMotors> most_accelerations() const;
   JointAngles angles(const MotorCounts& counts) const;
   /// The inverse, quantised as by an encoder: rounded down to whole counts.
   MotorCounts counts(const JointAngles& q) const;
   Pose pose(const JointAngles& q) const;
   /// The motors that exert a wrench, by joint torques τ = Jᵀ F. False, and they are zero, where the
-  /// arm is singular. Friction and gravity are not compensated.
+  /// arm is singular. Friction and weight are not in it.
   bool efforts(const JointAngles& q, const Pose& X_BH, const Wrench& F_B, MotorEfforts& out) const;
   /// The wrench that motors exert, F = J⁻ᵀ τ, of an arm with three motors, or with six of which the
   /// last three turn the handle about its origin: their torques give the torque on the hand; what
   /// of the others does not hold against that is force. Zero where the arm is singular.
   Wrench wrench(const JointAngles& q, const MotorEfforts& motors) const;
+  /// The same by the torques of the joints [N·m]; of an arm of two motors the force in its plane.
+  Wrench wrench_of(HandleJacobian J, std::array<double, kMostMotors> torques) const;
 };
+
+/// Place in B of a point of a link: `c` in the link's own axes, of which x goes along the link and
+/// y stays with `across`, both of length 1.
+inline Vec3 link_place(const Vec3& from_B, const Vec3& along_B, const Vec3& across_B,
+                       const Vec3& c) {
+  return from_B + c.x * along_B + c.y * across_B + c.z * cross(along_B, across_B);
+}
 
 inline Quat turn_about(const Vec3& axis, double angle) {
   return from_rotation_vector(angle * axis);

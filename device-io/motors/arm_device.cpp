@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "device-io/motors/holding.h"
 #include "device-io/sensing/handle_velocity.h"
 #include "device-io/sensing/saturate.h"
 #include "proto/math/assert.h"
@@ -20,7 +21,11 @@ ArmDevice::ArmDevice(const Arm& arm, const DeviceConfig& config)
 }
 
 DeviceCaps ArmDevice::caps() const {
-  return {.max_force = max_force_, .max_torque = max_torque_};
+  return {.max_force = max_force_, .max_torque = max_torque_, .is_planar = arm_.motors == 2};
+}
+
+Wrench ArmDevice::holding(const GravityConfig& gravity) const {
+  return reachable_ ? holding_wrench(arm_, gravity, angles_, last_.X_BH) : Wrench{};
 }
 
 std::string ArmDevice::describe(bool is_homed, std::string_view not_homed) const {

@@ -32,6 +32,7 @@ struct ArmSample {
 class ArmDevice : public Device {
  public:
   DeviceCaps caps() const override;
+  Wrench holding(const GravityConfig& gravity) const override;
 
  protected:
   ArmDevice(const Arm& arm, const DeviceConfig& config);

@@ -89,6 +89,8 @@ const Arm& polhem_arm() {
       .find = find_handle,
       .jacobian = handle_jacobian,
       .solve = find_angles,
+      .links = [](const LinkMasses& links, const JointAngles& q,
+                  const Pose&) { return linkage_moment(kLinkage, links, driven_of(q)); },
   };
   return kArm;
 }

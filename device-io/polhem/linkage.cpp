@@ -45,6 +45,17 @@ Vec3 handle_place(const PolhemLinkage& g, const Vec3& driven) {
   return Vec3{end.x * std::cos(driven.x), end.x * std::sin(driven.x), end.y} - g.origin;
 }
 
+Vec3 linkage_moment(const PolhemLinkage& g, const LinkMasses& links, const Vec3& driven) {
+  const Vec3 out{std::cos(driven.x), std::sin(driven.x), 0}, left{-out.y, out.x, 0}, up{0, 0, 1};
+  const auto moment = [&](const LinkMass& link, const Vec3& from, double angle) {
+    const Vec3 along = std::cos(angle) * out + std::sin(angle) * up;
+    return link.mass * link_place(from.x * out + from.y * up - g.origin, along, left, link.centre);
+  };
+  return moment(links[0], {g.base / 2, 0, 0}, driven.y) +
+         moment(links[1], elbow(g, driven.y), forearm_angle(g, driven)) +
+         moment(links[2], {-g.base / 2, 0, 0}, driven.z);
+}
+
 bool solve_linkage(const PolhemLinkage& g, const Vec3& p_B, Vec3& driven) {
   const Vec3 p = p_B + g.origin;
   const Vec3 v{std::hypot(p.x, p.y) - g.base / 2, p.z, 0};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "device-io/motors/arm.h"
 #include "proto/math/mat3.h"
 #include "proto/math/vec3.h"
 
@@ -32,6 +33,10 @@ double forearm_angle(const PolhemLinkage& linkage, const Vec3& driven);
 /// Handle, in B: with ρ = base/2 + upper_arm cos B + forearm cos λ,
 ///   (ρ cos A, ρ sin A, upper_arm sin B + forearm sin λ) − origin.
 Vec3 handle_place(const PolhemLinkage& linkage, const Vec3& driven);
+
+/// First moment in B of upper arm, forearm and crank, each with x along it from the joint that
+/// carries it, y level, to the left of where the arm points. The rod is not among them.
+Vec3 linkage_moment(const PolhemLinkage& linkage, const LinkMasses& links, const Vec3& driven);
 
 /// Angles of the driven links of a handle at p_B, upper arm above the forearm; false, and `driven`
 /// stays, out of reach.

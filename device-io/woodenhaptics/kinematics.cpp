@@ -14,6 +14,18 @@ namespace {
 
 constexpr double kSingular = 1e-3;  // of the determinant at a right-angled elbow: nearly straight
 
+/// Upper arm and forearm, each with x along it, y level, to the left of where the arm points.
+Vec3 moment_of_links(const WoodenHapticsGeometry& g, const LinkMasses& links,
+                     const JointAngles& q) {
+  const Vec3 out{std::cos(q[0]), std::sin(q[0]), 0}, left{-out.y, out.x, 0}, up{0, 0, 1};
+  const Vec3 upper = std::sin(q[1]) * out + std::cos(q[1]) * up;
+  const Vec3 fore = std::sin(q[2]) * out - std::cos(q[2]) * up;
+  const Vec3 shoulder = g.shoulder_height * up - g.origin;
+  const Vec3 elbow = shoulder + g.upper_arm * upper;
+  return links[0].mass * link_place(shoulder, upper, left, links[0].centre) +
+         links[1].mass * link_place(elbow, fore, left, links[1].centre);
+}
+
 /// Distance of the tip from A's axis [m].
 double reach(const WoodenHapticsGeometry& g, const JointAngles& q) {
   return g.upper_arm * std::sin(q[1]) + g.forearm * std::sin(q[2]);
@@ -74,6 +86,9 @@ Arm serial_arm(const WoodenHapticsGeometry& g) {
     return true;
   };
   arm.solve = [g](const Pose& X_BH, JointAngles& q) { return solve_tip(g, X_BH.p, q); };
+  arm.links = [g](const LinkMasses& links, const JointAngles& q, const Pose&) {
+    return moment_of_links(g, links, q);
+  };
   return arm;
 }
 

@@ -146,6 +146,26 @@ struct PantographConfig {
   uint32_t reserved = 0;
 };
 
+/// A body that gravity pulls at: a link of an arm, or its handle.
+struct LinkMass {
+  double mass = 0;  // [kg]; negative: a counterweight's
+  Vec3 centre;      // of mass, in the link's own axes (docs/config.md); of the handle: in H [m]
+};
+inline constexpr size_t kMostLinks = 3;  // beside the handle; of the Polhem
+
+/// The masses that an arm's motors hold up. All zero: they hold up nothing.
+struct GravityConfig {
+  Vec3 down_B;  // unit; zero: that of the arm (Arm::down)
+  LinkMass handle;
+  std::array<LinkMass, kMostLinks> links{};  // in the order of DeviceRow::links
+};
+
+constexpr bool has_weight(const GravityConfig& gravity) {
+  bool has = gravity.handle.mass != 0;
+  for (const LinkMass& link : gravity.links) has |= link.mass != 0;
+  return has;
+}
+
 struct DeviceConfig {
   DeviceKind kind{};
   uint32_t reserved = 0;
@@ -174,6 +194,7 @@ struct DeviceConfig {
   HidArmConfig hid_arm;
   RateDeviceConfig rate;
   PantographConfig pantograph;
+  GravityConfig gravity;
 };
 
 }  // namespace haptic

@@ -46,6 +46,8 @@ struct DeviceRow {
   bool tried = false;                   // on hardware; else at an emulated device only
   bool can_be_led = false;              // `hapt lead` says where its hand means to go
   std::string_view simulates = "hand";  // without a node and a recording: what, in words
+  // the bodies of [device.gravity], the handle first; none: it has no arm to be held up
+  std::array<std::string_view, 1 + kMostLinks> links{};
   bool is_recorded = false;  // the motion is known before: it has an end, and force has no effect
 
   constexpr bool has_node() const { return node != NodeKind::kNone; }

@@ -80,6 +80,7 @@ enum ServoFlag : uint32_t {
   kServoLate = 1u << 23,           // in the last second it skipped more than 1 % of its ticks,
   kServoContactLate = 1u << 24,    // contact was late for more than 1 % of them,
   kServoSimLate = 1u << 25,        // sim published less than 90 % of its frames
+  kServoWeightEnded = 1u << 26,    // the arm ran away: its weight is not held up until a hand comes
 };
 
 /// Why the force is latched at zero.

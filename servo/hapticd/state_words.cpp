@@ -43,7 +43,8 @@ constexpr FlagRow kFlags[] = {
     {kServoPassivity, "damped to stay passive"},
     {kServoWorkspaceEdge, "edge of the workspace"},
     {kServoSoftened, "softened towards a light body"},
-    {kServoForced, "stiffer than the device holds"}};
+    {kServoForced, "stiffer than the device holds"},
+    {kServoWeightEnded, "the arm ran away and is not held up ([device.gravity])"}};
 
 /// One line for each Fault, by its number.
 constexpr std::array kReasons{

@@ -104,13 +104,6 @@ void forget_held(SafetyState& state) {
   state.passivity = {};
 }
 
-/// The load of the motors after `dt` seconds under F.
-MotorHeat heated(const MotorHeat& heat, const Wrench& F_B, double dt) {
-  const double share = dt / kThermalTime;
-  return {heat.force + share * (norm_squared(F_B.f) - heat.force),
-          heat.torque + share * (norm_squared(F_B.t) - heat.torque)};
-}
-
 /// Zero wrench this tick, then a soft start.
 SafetyOutput hold_nothing(SafetyState& state, uint32_t flags, bool jumped, double dt) {
   forget_held(state);
@@ -368,6 +361,17 @@ bool saturate(Wrench& F, const WrenchLimit& limit) {
   return force_cut || torque_cut;
 }
 
+MotorHeat heated(const MotorHeat& heat, const Wrench& F_B, double dt) {
+  const double share = dt / kThermalTime;
+  return {heat.force + share * (norm_squared(F_B.f) - heat.force),
+          heat.torque + share * (norm_squared(F_B.t) - heat.torque)};
+}
+
+WrenchLimit bearable(const SafetyLimits& limits, const MotorHeat& heat) {
+  return {sustained(limits.max_force, limits.continuous_force, heat.force),
+          sustained(limits.max_torque, limits.continuous_torque, heat.torque)};
+}
+
 PassivityOutput keep_passive(PassivityState& state, const PassivityInput& input, double dt) {
   HAPTIC_ASSERT(dt > 0 && input.max_damping >= 0 && input.max_rotational_damping >= 0);
   HAPTIC_ASSERT(is_finite(input.F_B));
@@ -441,13 +445,11 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
   Limited limited{input.F_B, input.F_B};
   if (input.released) forget_held(state);
   begin_softly(limits, state, input, dt, limited, out);
-  const WrenchLimit bearable{
-      sustained(limits.max_force, limits.continuous_force, state.heat.force),
-      sustained(limits.max_torque, limits.continuous_torque, state.heat.torque)};
-  limit_size(limits, bearable, limited, out);
+  const WrenchLimit most = bearable(limits, state.heat);
+  limit_size(limits, most, limited, out);
   const double since = passed > 0 ? std::min(passed, dt) : dt;
   const WrenchLimit growth = most_growth(limits, input.stiffness, step, since);
-  limit_change(limits, state, input, bearable, growth, dt, limited, out);
+  limit_change(limits, state, input, most, growth, dt, limited, out);
   out.F_B = state.held_B = limited.F_B;
   state.rendered_B = limited.rendered_B;
   // what objects push against each other through the tool is felt as much as all of it

@@ -58,6 +58,12 @@ struct MotorHeat {
   double torque = 0;  // [(N·m)²]
 };
 
+/// The load after `dt` seconds under F.
+MotorHeat heated(const MotorHeat& heat, const Wrench& F_B, double dt);
+
+/// The most that the motors can give with such a load.
+WrenchLimit bearable(const SafetyLimits& limits, const MotorHeat& heat);
+
 /// The last fresh sample of a device whose place is known.
 struct LastSample {
   Pose X_BH;
@@ -202,7 +208,8 @@ struct SafetyOutput {
 ///    wanted wrench is already the most that may remain. That of an admittance device acts on the
 ///    body that the wrench moves (servo/admittance/energy_ledger.h).
 /// 7. Saturation and slew again, of the sum with the damping of 6.
-/// C. Clamp of the motors' currents, in each driver: it alone knows the linkage.
+/// 8. The weight of the arm itself, which a device with a table of it is told to hold up
+/// (weight.h). C. Clamp of the motors' currents, in each driver: it alone knows the linkage.
 SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
                        double dt);
 

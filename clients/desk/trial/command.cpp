@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt devices try: a device's first moments, in three steps that are asked for one by one, and a
 // report of them.
-#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <memory>
 #include <optional>
 
+#include "clients/desk/trial/asking.h"
 #include "clients/desk/trial/byte_record.h"
 #include "clients/desk/trial/command.h"
 #include "clients/desk/trial/serial_tap.h"
@@ -35,48 +35,10 @@ namespace {
 constexpr int64_t kShowNs =
     100'000'000;  // [ns], between two lines at a terminal: ten a second can be read
 
-struct TryOptions {
-  std::string what, path, output;
-  bool yes = false, overwrite = false;
+struct TryOptions : TriedDevice {
+  std::string output;
+  bool overwrite = false;
 };
-
-SessionConfig config_of(const TryOptions& options) {
-  const auto row = std::ranges::find(kDevices, options.what, &DeviceRow::name);
-  SessionConfig config{};
-  if (row != kDevices.end()) {
-    config.device.kind = row->id;
-  } else {
-    config = load_config(find_session_file(options.what));
-  }
-  const DeviceRow& device = row_of(config.device.kind);
-  if (!device.has_node()) {
-    throw InputError(std::string(device.name) + " is no hardware; nothing is to be tried");
-  }
-  if (!options.path.empty()) assign(config.device.serial.path, options.path);
-  if (device.node == NodeKind::kSerial && view(config.device.serial.path).empty()) {
-    throw InputError("give the serial port of the " + std::string(device.name) +
-                     " with --path (`hapt devices` lists those that are there)");
-  }
-  return config;
-}
-
-/// Asks at the terminal while the device is kept without force.
-bool is_agreed(TrialRun* run, const TryOptions& options, const std::string& question) {
-  std::cout << '\n' << question << std::flush;
-  if (options.yes) {
-    std::cout << " yes (--yes)\n";
-    return true;
-  }
-  std::cout << " [y/N] " << std::flush;
-  const auto has_answer = [] {
-    pollfd in{STDIN_FILENO, POLLIN, 0};
-    return poll(&in, 1, 0) > 0;
-  };
-  if (run != nullptr) run->wait_for(has_answer);
-  std::string answer;
-  std::getline(std::cin, answer);
-  return answer == "y" || answer == "Y" || answer == "yes";
-}
 
 /// A line that follows the handle, where there is a terminal.
 class LiveLine {
@@ -125,7 +87,7 @@ void try_device(Device& device, const SafetyLimits& limits, double rate, const T
   };
   const auto is_wanted = [&](const char* name, const std::string& question) {
     steps.push_back({name, {}, "stopped at its question"});
-    const bool agreed = is_agreed(&run, options, question);
+    const bool agreed = is_agreed(&run, options.yes, question);
     steps.back().ended = "not wanted";
     if (agreed) steps.pop_back();
     return agreed;
@@ -233,16 +195,12 @@ void try_recorded(const SessionConfig& config, const TryOptions& options, TrialR
 }
 
 void try_out(const TryOptions& options, const ReportFacts& facts) {
-  if (!options.yes && isatty(STDIN_FILENO) != 1) {
-    throw UsageError(
-        "each step is asked for at a terminal; for a script give --yes, which moves "
-        "the device without asking");
-  }
+  check_terminal(options.yes);
   const SessionConfig config = config_of(options);
   const std::string kind(row_of(config.device.kind).name);
   const std::string path = options.output.empty() ? report_name(kind) : options.output;
   check_outputs({path}, {}, options.overwrite);
-  if (!is_agreed(nullptr, options,
+  if (!is_agreed(nullptr, options.yes,
                  "This opens the " + kind + " and reads it, without force. Begin?")) {
     return;
   }
@@ -257,13 +215,11 @@ void add_try_command(Command& devices, bool& ran, const ReportFacts& facts) {
   const auto options = std::make_shared<TryOptions>();
   Command command = devices.subcommand(
       "try", "Try a new device in three guarded steps, from reading it to all of its force");
-  command.option("KIND|CONFIG", options->what, "kind of the device, or a session file with it")
-      .required();
-  command.option("--path NODE", options->path, "serial port of the device");
+  add_tried_device(command, *options, "KIND|CONFIG",
+                   "kind of the device, or a session file with it");
   command.option("-o,--output FILE", options->output,
                  "name of the report, which has each step and the bytes of both sides");
   add_overwrite(command, options->overwrite);
-  command.flag("-y,--yes", options->yes, "ask nothing: the device moves by itself");
   command.example("hapt devices try woodenhaptics --path /dev/ttyACM0 -o woody.txt");
   command.action([options, &ran, facts] {
     ran = true;

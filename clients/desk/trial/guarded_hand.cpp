@@ -8,7 +8,6 @@ namespace {
 
 constexpr double kMostSpeed = 0.3;        // of a held handle [m/s]; a reach has 1 m/s
 constexpr double kMostTurning = 4;        // [rad/s]; the same at 75 mm from the wrist
-constexpr double kMostWay = 0.08;         // from where the step began [m]; a hand that gives way
 constexpr double kGentleStart = 0.2;      // soft start [s]; the pushes have ramps of their own
 constexpr double kNewtonsPerSecond = 50;  // slew [N/s]; 8 N in 160 ms, slower than a flinch
 
@@ -22,8 +21,8 @@ bool is_trusted(const DeviceState& device) {
 
 }  // namespace
 
-GuardedHand::GuardedHand(const SafetyLimits& limits, double share)
-    : limits_(limits), pushes_(share > 0) {
+GuardedHand::GuardedHand(const SafetyLimits& limits, double share, double most_way)
+    : limits_(limits), pushes_(share > 0), most_way_(most_way) {
   limits_.max_force *= share;
   limits_.max_torque *= share;
   limits_.soft_start = kGentleStart;
@@ -40,7 +39,7 @@ TrialEnd GuardedHand::why_end(const DeviceState& device, uint32_t flags) const {
   if (untrusted_ > kMostDoubt) return TrialEnd::kLost;
   if ((flags & kServoFault) != 0) return TrialEnd::kFault;
   if ((flags & kServoTooFast) != 0) return TrialEnd::kTooFast;
-  if (begun_ && norm(device.X_BH.p - begin_B_) > kMostWay) return TrialEnd::kTooFar;
+  if (begun_ && norm(device.X_BH.p - begin_B_) > most_way_) return TrialEnd::kTooFar;
   return TrialEnd::kNone;
 }
 

@@ -21,9 +21,11 @@ enum class TrialEnd {
 /// wrench from then on.
 class GuardedHand {
  public:
+  static constexpr double kMostWay = 0.08;  // from where the step began [m]; a hand that gives way
+
   /// `share` of the limits' force and torque, 0 to 1; 0: nothing is commanded and a hand may move
   /// as it likes.
-  GuardedHand(const SafetyLimits& limits, double share);
+  GuardedHand(const SafetyLimits& limits, double share, double most_way = kMostWay);
 
   /// The wrench that the device is told in this tick of `dt` seconds.
   Wrench tick(const DeviceState& device, int64_t now_ns, const Wrench& wanted_B, double dt);
@@ -37,6 +39,7 @@ class GuardedHand {
 
   SafetyLimits limits_;
   bool pushes_;
+  double most_way_;
   SafetyState state_;
   Vec3 begin_B_;
   bool begun_ = false;

@@ -10,12 +10,18 @@ namespace haptic {
 namespace {
 
 constexpr double kGentle = 0.05;       // share of the force that has not been felt before
+constexpr double kWeighing = 0.3;      // share of the force that an arm is weighed with
+constexpr double kAnyWay = 1;          // [m]; the arm is led, and no hand gives way
 constexpr int kExitInterrupted = 130;  // 128 + SIGINT
 
 constexpr std::array kEndWords{"", "the device stopped answering, or is no longer homed",
                                "a fault: the pose jumped, was noisy, old or no number",
                                "the handle went too fast; hold it",
                                "the handle went too far; hold it"};  // by TrialEnd
+
+constexpr std::array kWeighEndWords{
+    "", "somebody has touched it", "it moved 5 mm aside of where it was led",
+    "it did not come along: it is heavier than 30 % of the force, or something is in its way"};
 
 std::vector<TrialRow> with_end(std::vector<TrialRow> rows, TrialEnd end) {
   if (end != TrialEnd::kNone) {
@@ -87,6 +93,30 @@ std::vector<TrialRow> TrialRun::full() {
       [&](const DeviceState& device, double t) { return step.wanted(device, t); },
       [&](const DeviceState& device, const Wrench& F_B, double t) { step.note(device, F_B, t); });
   return with_end(step.rows(), guard.end());
+}
+
+SafetyLimits weighing_limits(SafetyLimits limits) {
+  limits.max_force *= kWeighing;
+  limits.max_torque *= kWeighing;
+  // what lifts an arm gives it energy, and it may rest beyond the edge
+  limits.max_damping = limits.max_rotational_damping = 0;
+  limits.workspace_radius = limits.workspace_turn = 0;
+  return limits;
+}
+
+std::string TrialRun::weigh(Weighing& weighing, const std::function<void()>& show) {
+  GuardedHand guard(weighing_limits(limits_), 1, kAnyWay);
+  const int64_t begin_ns = now_ns();
+  while (!weighing.is_over() && guard.end() == TrialEnd::kNone) {
+    tick(
+        guard, 1e-9 * static_cast<double>(now_ns() - begin_ns),
+        [&](const DeviceState& device, double t) { return weighing.wanted(device, t); },
+        [&](const DeviceState& device, const Wrench& F_B, double) { weighing.note(device, F_B); });
+    show();
+  }
+  device_.write({});
+  if (guard.end() != TrialEnd::kNone) return kEndWords[static_cast<size_t>(guard.end())];
+  return kWeighEndWords[static_cast<size_t>(weighing.end())];
 }
 
 }  // namespace haptic

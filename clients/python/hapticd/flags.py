@@ -51,6 +51,7 @@ class ServoFlag(IntFlag):
     LATE = 1 << 23
     CONTACT_LATE = 1 << 24
     SIM_LATE = 1 << 25
+    WEIGHT_ENDED = 1 << 26
 
 
 class Fault(IntEnum):

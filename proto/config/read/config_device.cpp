@@ -74,6 +74,30 @@ void read_intent(Section& hand, IntentConfig& intent) {
   });
 }
 
+/// The masses of a device's links, by the names in its row.
+void read_gravity(Section& device, DeviceConfig& config) {
+  static constexpr Range kMasses{-10, 10}, kPlaces{-1, 1};  // [kg], [m]; beyond any desk's arm
+  GravityConfig& gravity = config.gravity;
+  const auto read_link = [](Section& section, std::string_view name, LinkMass& link) {
+    section.within(name, [&](Section& body) {
+      body.read_all({{"mass", kMass, kMasses, link.mass, "mass = \"120 g\""},
+                     {"centre", kLength, kPlaces, link.centre}});
+    });
+  };
+  const auto& names = row_of(config.kind).links;
+  if (device.has("gravity") && names[0].empty()) {
+    device.fail_at("gravity",
+                   "needs motors that hold up an arm; this device has none, leave it out");
+  }
+  device.within("gravity", [&](Section& section) {
+    section.read_direction("down", gravity.down_B);
+    read_link(section, names[0], gravity.handle);
+    for (size_t i = 1; i < names.size() && !names[i].empty(); ++i) {
+      read_link(section, names[i], gravity.links[i - 1]);
+    }
+  });
+}
+
 }  // namespace
 
 void read_hand(Section& device, const fs::path&, DeviceConfig& config) {
@@ -179,6 +203,7 @@ void read_device(Section& root, const fs::path& config_folder, DeviceConfig& dev
     section.within("usb", [&](Section& usb) {
       usb.read_all({{"serial", device.plugged.serial}, {"port", device.plugged.port}});
     });
+    read_gravity(section, device);
 #define DEVICE(id, name, open, read, ...) read(section, config_folder, device);
 #include "proto/config/devices.def"
   };

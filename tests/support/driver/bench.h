@@ -25,6 +25,7 @@ class DriverBench : public Device {
     return driver_->read(tick, state);
   }
   void write(const Wrench& F_B) override { driver_->write(F_B); }
+  Wrench holding(const GravityConfig& gravity) const override { return driver_->holding(gravity); }
   void stop() override { driver_->stop(); }
   DeviceRelease release() const override { return driver_->release(); }
 

@@ -29,6 +29,7 @@ export const kServoFlags = [
   [23, "servo falls behind", "warn", "It skips ticks. Close other programs, or lower rate in [servo]."],
   [24, "contact falls behind", "warn", "Its contacts come late. Use smaller meshes, or a renderer that asks less."],
   [25, "sim falls behind", "warn", "It skips frames. Use fewer bodies, or lower rate in [sim]."],
+  [26, "arm not held up", "bad", "It ran away by itself. Check [device.gravity], then take the handle."],
 ];
 
 /** Fault by number: [sentence, remedy]. */

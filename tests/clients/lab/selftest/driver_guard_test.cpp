@@ -163,6 +163,9 @@ void check_guarded(const Driver& driver) {
   SessionConfig config = load_config(from_source(std::string("configs/") + driver.session));
   config.device.kind = driver.kind;
   config.safety.armed_at_start = 1;
+  // a light arm is held up as well
+  config.device.gravity.handle.mass = 0.01;
+  for (LinkMass& link : config.device.gravity.links) link = {0.01, {0.05, 0, 0}};
   const BakedSession baked = bake_session(config);
   PlayedDevice* played = nullptr;
   GuardedLoopOptions options{

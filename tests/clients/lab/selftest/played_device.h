@@ -45,6 +45,7 @@ class PlayedDevice final : public Device {
     return fresh;
   }
   void write(const Wrench& F_B) override { driver_->write(F_B); }
+  Wrench holding(const GravityConfig& gravity) const override { return driver_->holding(gravity); }
   void stop() override { driver_->stop(); }
 
   /// Samples so far.
