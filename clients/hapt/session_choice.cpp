@@ -12,12 +12,12 @@ namespace {
 
 constexpr int64_t kRetryPeriod = 50'000'000;  // [ns]
 
-/// True if waiting longer changes nothing: the session answers, or several run and none is named.
+/// True if waiting longer changes nothing: all processes of the session run, or several sessions do
+/// and none is named.
 bool is_settled(const std::string& name) {
   if (name.empty() && running_sessions().size() > 1) return true;
   try {
-    say_to_session(name, "status");
-    return true;
+    return say_to_session(name, "status").find("\"runs\": false") == std::string::npos;
   } catch (const HandoutError&) {
     return false;
   }

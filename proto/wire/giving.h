@@ -13,13 +13,15 @@ inline constexpr std::array<std::string_view, 11> kGiverRefusals{
     "",
     "a number is not finite, or a quaternion has not length 1",
     "it gives what it may not; see 'may' of its [[client]]",
-    "its frames go back in time, come from the future, or are older than 0.5 s",
+    "its frames go back in time, come from the future, or are older than 0.5 s; a program that "
+    "asks pushed() before each move() is in time",
     "it has used a servo tick that has not been, goes back, or is long ago",
     "a matrix is not symmetric, or has a negative direction",
     "an object is lighter than 1 g, turns more easily than a ball of 1 mm, or has 1000 t or more",
     "an object moves by itself faster than 1000 rad/s, or is stiffer than 10 kN/mm; state less "
     "stiffness or more mass",
-    "a pose, speed or acceleration is beyond all hands",
+    "an object is farther than reach ([sim]) from its place in the session file (are they metres?), "
+    "or a place, speed or acceleration is beyond all hands",
     "its power is beyond max_power of its [[client]]",
     "a plane has no unit normal, a negative number, or an object or hand that there is not"};
 

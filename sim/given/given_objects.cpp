@@ -105,6 +105,12 @@ int ticks_in(int64_t period_ns, double step) {
   return static_cast<int>(std::lround(seconds_of(period_ns) / step));
 }
 
+/// It fades, and stands meanwhile.
+void let_go(GivenObjectState& object) {
+  object.phase = GivenPhase::kLetGo;
+  std::visit([](auto& moving) { moving.stop(); }, object.model);
+}
+
 /// Takes a statement over into the model. An object that is about to be let in is put where it is
 /// said to be.
 void correct(const GivenModel& model, GivenState& state, size_t k, int64_t t_ns) {
@@ -119,7 +125,11 @@ void correct(const GivenModel& model, GivenState& state, size_t k, int64_t t_ns)
     }
     object.is_placed = true;
   } else if (auto* guarded = std::get_if<GuardedModel>(&object.model)) {
-    guarded->correct(now, object.said, ticks_in(period_ns, model.period));
+    // held back until it left the scene, it is put anew where its client has it
+    const GivenObject& given = model.objects[k];
+    is_out_of_reach(guarded->at().X_WO, given.X_WO, model.reach)
+        ? let_go(object)
+        : guarded->correct(now, object.said, ticks_in(period_ns, model.period));
   } else {
     std::get<FollowingModel>(object.model).correct(now, object.said, period_ns);
   }
@@ -132,12 +142,6 @@ double weight_of(const GivenClient& known, GivenClientState& client, int64_t t_n
   if (client.power.energy(t_ns) > most) client.cut_until_ns = t_ns + kCutNs;
   const double weight = client.heard.weigh(t_ns, std::max(dt, 1e-6));
   return t_ns < client.cut_until_ns ? 0 : weight;
-}
-
-/// It fades, and stands meanwhile.
-void let_go(GivenObjectState& object) {
-  object.phase = GivenPhase::kLetGo;
-  std::visit([](auto& moving) { moving.stop(); }, object.model);
 }
 
 /// The share of an object goes towards what its client's weight allows.
@@ -208,6 +212,14 @@ void correct_models(const GivenModel& model, GivenState& state, int64_t t_ns) {
   }
 }
 
+/// Energy in the coupling of a hand that presses with that force [J]: of a spring, and where the
+/// force is cut to max_force that of a constant force beyond it, F d − F²/2k.
+double spring_energy(double force, const SeenHand& hand, double share) {
+  const double k = share * hand.stiffness;
+  const bool is_cut = k > 0 && force < k * hand.depth;
+  return is_cut ? force * (hand.depth - 0.5 * force / k) : 0.5 * force * hand.depth;
+}
+
 /// Moves an object that follows its client. One that is not felt stands.
 void move(GivenState& state, size_t k, const NewPush& pushed, double dt) {
   GivenObjectState& object = state.objects[k];
@@ -221,7 +233,7 @@ void move(GivenState& state, size_t k, const NewPush& pushed, double dt) {
       const uint64_t n = history.end() - 1;
       const Wrench J_W = history.push(n, k).impulse_W + -history.push(n - 1, k).impulse_W;
       const double force = norm(J_W.f) / seconds_of(history.t_ns(n) - history.t_ns(n - 1));
-      hands.spring += 0.5 * force * state.hands[hand].depth;
+      hands.spring += spring_energy(force, state.hands[hand], object.share);
       hands.stiffness = std::max(hands.stiffness, state.hands[hand].stiffness);
     }
     guarded->step(hands, dt);
@@ -281,6 +293,7 @@ GiverRefusal refusal_in(const GivenModel& model, const GivenState& state, uint32
   }
   const GivenObjectState& object = state.objects[k];
   if (const GiverRefusal why = refusal_of(said); why != GiverRefusal::kNone) return why;
+  if (is_out_of_reach(said.X_WO, model.objects[k].X_WO, model.reach)) return GiverRefusal::kTooFast;
   const bool is_old = object.is_said && said.t_ns < object.said.t_ns;
   if (is_old || said.t_ns > t_ns + kClientFutureNs || said.t_ns < t_ns - kOldestGivenNs) {
     return GiverRefusal::kBackInTime;
@@ -353,6 +366,7 @@ GivenModel build_given(const SessionConfig& config, uint32_t first_response) {
   GivenModel model;
   model.first_response = first_response;
   model.period = 1 / config.sim_rate;
+  model.reach = config.sim_reach;
   for (uint32_t c = 0; c < config.n_clients; ++c) {
     const ClientConfig& client = config.clients[c];
     GivenClient made{client, {}};

@@ -51,6 +51,7 @@ struct GivenModel {
   std::vector<GivenClient> clients;
   uint32_t first_response = 0;
   double period = 0;  // of the frames of sim [s]
+  double reach = 0;   // of an object from its place in the session file [m]
 };
 GivenModel build_given(const SessionConfig& config, uint32_t first_response);
 

@@ -90,7 +90,7 @@ void GuardedModel::place(const ModelState& at, const GivenMotion& said) {
   K0_ = {said.stiffness};
   g_W_ = stated_at(X_ref_);
   extra_W_ = {};
-  left_ = {};
+  left_ = led_ = {};
   ticks_left_ = 0;
   purse_ = kPurse;
   since_touched_ = 1e9;
@@ -101,7 +101,9 @@ void GuardedModel::place(const ModelState& at, const GivenMotion& said) {
 void GuardedModel::correct(const ModelState& replayed, const GivenMotion& said, int ticks) {
   say(said);
   const StateGap gap = gap_between(at_, replayed);
-  left_ = {kGain * gap.way, kGain * gap.velocity};
+  const StateGap answers{answering(gap.way), answering(gap.velocity)};
+  left_ = {kGain * answers.way, kGain * answers.velocity};
+  led_ = {gap.way - answers.way, gap.velocity - answers.velocity};
   ticks_left_ = std::max(1, ticks);
 }
 
@@ -139,9 +141,24 @@ void GuardedModel::advance(const Wrench& force_W, double dt) {
   at_.V_WO = at_.V_WO - half;
 }
 
+/// The part of a motion along which pushes move the object.
+Twist GuardedModel::answering(const Twist& change) const {
+  return moved_by(said_.mobility, mass_ * change);
+}
+
+/// A step's share of what is led. It is no push, so that neither the purse nor the norm know of it.
+void GuardedModel::take_led() {
+  const StateGap part{1.0 / ticks_left_ * led_.way, 1.0 / ticks_left_ * led_.velocity};
+  led_ = {led_.way - part.way, led_.velocity - part.velocity};
+  const double before = own_energy();
+  at_ = moved(at_, 1, part);
+  energy_ += own_energy() - before;
+}
+
 /// A step's share of what is left of the correction, as far as the purse pays.
 void GuardedModel::take_correction(const HandsOnObject& hands, double dt, double trust) {
   if (ticks_left_ == 0) return;
+  take_led();
   StateGap part{1.0 / ticks_left_ * left_.way, 1.0 / ticks_left_ * left_.velocity};
   left_ = {left_.way - part.way, left_.velocity - part.velocity};
   --ticks_left_;

@@ -29,7 +29,9 @@ struct HandsOnObject {
 ///   frame    the gap to the replayed frame, times a tenth, is paid out over a period of the
 ///   client;
 ///            while the object is touched a step of it changes the force by 20 N/s at most, and its
-///            energy is taken from the purse: what the purse does not pay is not done
+///            energy is taken from the purse: what the purse does not pay is not done. Along what
+///            no push moves (a rod, a rail) there is nothing to press on: the model goes there
+///            wholly within a period, whatever the purse has
 ///   bound    while it is touched the hand gains at most the energy that the model had before, and
 ///            1 mJ. In debt the model is damped and follows no frames
 ///   ends     apart for half a second: the purse fills with 10 mW to 5 mJ, the client's K is the
@@ -65,7 +67,9 @@ class GuardedModel {
   void advance(const Wrench& force_W, double dt);
   void drive(const Wrench& impulse_W, double& may);
   void follow(const HandsOnObject& hands, double dt);
+  Twist answering(const Twist& change) const;
   void take_correction(const HandsOnObject& hands, double dt, double trust);
+  void take_led();
   void keep_apart(double dt);
   void say(const GivenMotion& said);
 
@@ -77,6 +81,7 @@ class GuardedModel {
   Mat6 K0_;         // of the norm
   Wrench extra_W_;  // beside the norm
   StateGap left_;   // of the correction
+  StateGap led_;    // of that along what no push moves
   int ticks_left_ = 0;
   double purse_ = 0;
   double since_touched_ = 1e9;   // [s]

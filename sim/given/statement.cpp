@@ -13,6 +13,8 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
+constexpr double kRank = 1e-9;  // of the largest: what is less does not answer
+
 Matrix6 matrix_of(const std::array<double, 36>& numbers) {
   return Eigen::Map<const Matrix6>(numbers.data());
 }
@@ -23,18 +25,21 @@ bool has_finite_numbers(const GivenMotion& said) {
          all_finite(said.stiffness) && all_finite(said.damping);
 }
 
-/// By which rows and columns are scaled to a diagonal of ones, because a mobility is a million
-/// times larger turning than moving.
+/// By which rows and columns of moving and of turning are scaled to ones on the diagonal at most,
+/// because a mobility is a million times larger turning than moving.
 Eigen::Matrix<double, 6, 1> scale_of(const Matrix6& m) {
-  return m.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0; });
+  const auto scale = [](double most) { return most > 0 ? 1 / std::sqrt(most) : 0; };
+  Eigen::Matrix<double, 6, 1> out;
+  out.head<3>().setConstant(scale(m.diagonal().head<3>().maxCoeff()));
+  out.tail<3>().setConstant(scale(m.diagonal().tail<3>().maxCoeff()));
+  return out;
 }
 
-/// Symmetric, and no direction below zero but for rounding.
+/// Symmetric, and no direction below zero but for rounding, as of J M⁻¹ Jᵀ along a rail.
 bool is_semidefinite(const Matrix6& m, double tolerance) {
-  if (!(m.diagonal().minCoeff() >= 0)) return false;
   const Eigen::Matrix<double, 6, 1> scale = scale_of(m);
   const Matrix6 scaled = scale.asDiagonal() * m * scale.asDiagonal();
-  // a direction that does not answer has no part in any other
+  // where nothing answers there is no part of what does
   for (Eigen::Index i = 0; i < 6; ++i) {
     if (scale(i) == 0 && !(m.row(i).isZero(0) && m.col(i).isZero(0))) return false;
   }
@@ -42,6 +47,14 @@ bool is_semidefinite(const Matrix6& m, double tolerance) {
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(0.5 * (scaled + scaled.transpose()),
                                                      Eigen::EigenvaluesOnly);
   return eigen.eigenvalues()(0) >= -tolerance;
+}
+
+/// True if the matrix answers in some direction, and by less than that.
+bool has_less_than(const Eigen::Matrix3d& m, double least) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(0.5 * (m + m.transpose()),
+                                                             Eigen::EigenvaluesOnly);
+  const Eigen::Vector3d& values = eigen.eigenvalues();
+  return std::ranges::any_of(values, [&](double e) { return e > kRank * values(2) && e < least; });
 }
 
 }  // namespace
@@ -64,8 +77,9 @@ GiverRefusal refusal_of(const GivenMotion& said, const StatementLimits& limits) 
   if (!is_within(K, limits.stiffness) || !is_within(D, limits.damping)) {
     return GiverRefusal::kTooStiff;
   }
-  for (Eigen::Index i = 0; i < 6; ++i) {
-    if (M(i, i) > 0 && M(i, i) < limits.least_mobility) return GiverRefusal::kTooLight;
+  if (has_less_than(M.topLeftCorner<3, 3>(), limits.least_mobility) ||
+      has_less_than(M.bottomRightCorner<3, 3>(), limits.least_mobility)) {
+    return GiverRefusal::kTooLight;
   }
   const bool is_heavy = M.topLeftCorner<3, 3>().trace() <= 3 * limits.mobility &&
                         M.bottomRightCorner<3, 3>().trace() <= 3 * limits.turning_mobility;
@@ -76,7 +90,6 @@ GiverRefusal refusal_of(const GivenMotion& said, const StatementLimits& limits) 
 }
 
 Mat6 mass_of_mobility(const std::array<double, 36>& mobility) {
-  constexpr double kRank = 1e-9;  // of the largest: what is less does not answer
   const Matrix6 m = matrix_of(mobility);
   const Eigen::Matrix<double, 6, 1> scale = scale_of(m);
   const Matrix6 scaled = scale.asDiagonal() * (0.5 * (m + m.transpose())) * scale.asDiagonal();

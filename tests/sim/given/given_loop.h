@@ -116,8 +116,9 @@ struct GivenClientRun {
   double jitter = 0;                         // of its frames, in periods
   double mass_said = 1, stiffness_said = 1;  // factors
   double seconds = 20;
-  bool uses_integral = true;  // S beside J
-  bool has_model = true;      // else the object is placed by its frames alone
+  double max_force = HUGE_VAL;  // of the object on a hand [N]
+  bool uses_integral = true;    // S beside J
+  bool has_model = true;        // else the object is placed by its frames alone
 };
 
 /// The client: integrates with what was pushed, as a force linear in time with the same J and S.
@@ -234,7 +235,9 @@ inline void measure(const std::vector<double>& forces, const std::vector<double>
 /// The whole loop: servo's spring and counters, sim, the client.
 inline GivenResult run_given(const GivenWorld& world, const GivenClientRun& run, Motion motion,
                              const JudgedRun& truth) {
-  const SimModel model = build_sim(given_session());
+  SessionConfig config = given_session();
+  config.clients[0].max_force = std::min(run.max_force, config.clients[0].max_force);
+  const SimModel model = build_sim(config);
   SimState state(model);
   GivenClientBody client(world, run);
   std::mt19937 random(1);
@@ -294,7 +297,9 @@ inline GivenResult run_given(const GivenWorld& world, const GivenClientRun& run,
     const double share = 1 - scene.objects[0].reduction;
     if (n >= n_lead) out.is_said |= (scene.givers[0].flags & kGiverSoftened) != 0;
     if (n >= n_lead) out.least_share = std::min(out.least_share, share);
-    const double force = over ? 0 : share * coupling_force(hand, X_WO.p.z, V_WO.v.z);
+    // the client's object pushes no harder than the session file lets it
+    const double force =
+        over ? 0 : std::min(share * coupling_force(hand, X_WO.p.z, V_WO.v.z), run.max_force);
     if (!std::isfinite(force) || force > 1000) {
       out.ran_away = true;
       out.cycle = out.rms = out.gained = 999;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/given/guarded_model.h"
 #include "sim/given/statement.h"
 #include "sim/pushes/push_history.h"
 #include "tests/sim/body_scene.h"
@@ -140,6 +141,89 @@ TEST_CASE("given: right statements at 10 Hz are not held back") {
   }
 }
 
+TEST_CASE("given: a right statement is not held back where max_force cuts what is felt") {
+  const GivenResult pressed = ran({}, {.seconds = 6, .max_force = 2}, Motion::kHold);
+  CHECK_FALSE(pressed.ran_away);
+  CHECK_FALSE(pressed.is_said);
+  CHECK(pressed.cycle < 0.1);
+}
+
+namespace {
+
+/// A bob on a rod in a plane, as its client integrates it: exactly, by its angle.
+struct Bob {
+  static constexpr double kMass = 0.15, kRod = 0.3, kG = 9.81;
+  double angle = 0.6, speed = 0;
+
+  void step(double dt) {
+    constexpr int kSteps = 200;
+    for (int i = 0; i < kSteps; ++i) {
+      speed -= dt / kSteps * kG / kRod * std::sin(angle);
+      angle += dt / kSteps * speed;
+    }
+  }
+  Vec3 place() const { return kRod * Vec3{std::sin(angle), 0, 1 - std::cos(angle)}; }
+  GivenMotion said() const {
+    const Vec3 along{std::cos(angle), 0, std::sin(angle)}, up{-std::sin(angle), 0, std::cos(angle)};
+    GivenMotion motion{};
+    motion.X_WO.p = place();
+    motion.V_WO.v = kRod * speed * along;
+    motion.acceleration_W.v = -kG * std::sin(angle) * along + kRod * speed * speed * up;
+    const double a[3] = {along.x, along.y, along.z};
+    for (size_t i = 0; i < 3; ++i) {
+      for (size_t j = 0; j < 3; ++j) {
+        motion.mobility[6 * i + j] = a[i] * a[j] / kMass;
+        motion.stiffness[6 * i + j] = a[i] * a[j] * kMass * kG / kRod;
+      }
+    }
+    return motion;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("given: a bob that is touched stays on its rod, however little its frames may do") {
+  Bob bob;
+  GuardedModel model;
+  model.place({bob.said().X_WO, bob.said().V_WO}, bob.said());
+  double farthest = 0, off_rod = 0;
+  for (int tick = 1; tick <= 6000; ++tick) {
+    bob.step(1e-3);
+    // in touch all the time, by a hand that takes what the purse has
+    HandsOnObject hands;
+    hands.impulse_W.f.y = 1e-9;
+    hands.work = -1e-5;
+    hands.stiffness = 800;
+    model.step(hands, 1e-3);
+    if (tick % 10 == 0) model.correct({bob.said().X_WO, bob.said().V_WO}, bob.said(), 10);
+    const Vec3 p = model.at().X_WO.p;
+    farthest = std::max(farthest, norm(p - bob.place()));
+    off_rod = std::max(off_rod, std::fabs(norm(p - Vec3{0, 0, Bob::kRod}) - Bob::kRod));
+  }
+  CAPTURE(farthest, off_rod);
+  // no farther than the bob swings
+  CHECK(farthest < 2.2 * Bob::kRod * std::sin(0.6));
+  CHECK(off_rod < 0.15);
+}
+
+TEST_CASE("given: what moves along a rail in any direction may be said") {
+  for (int k = 0; k < 3600; ++k) {
+    const double angle = k * M_PI / 1800;
+    const double a[3] = {std::cos(angle), std::sin(angle), 0};
+    GivenMotion said = still_motion();
+    for (size_t i = 0; i < 3; ++i) {
+      for (size_t j = 0; j < 3; ++j) said.mobility[6 * i + j] = a[i] * a[j] / 0.15;
+    }
+    CAPTURE(k);
+    REQUIRE(refusal_of(said) == GiverRefusal::kNone);
+    // and in a plane across it, with the rounding of 1 − n²
+    for (size_t i = 0; i < 3; ++i) {
+      for (size_t j = 0; j < 3; ++j) said.mobility[6 * i + j] = ((i == j) - a[i] * a[j]) / 0.15;
+    }
+    REQUIRE(refusal_of(said) == GiverRefusal::kNone);
+  }
+}
+
 TEST_CASE("given: placed by its frames alone, the first body runs away") {
   const GivenClientRun run{.seconds = 6, .has_model = false};
   const GivenResult result = ran(kRight[0].world, run, Motion::kHold);
@@ -223,7 +307,7 @@ TEST_CASE("given: each lie of a frame is refused with its reason") {
           m.mobility = {};
           m.stiffness[35] = 1.7e308;
         }) == kTooStiff);
-  CHECK(refusal([](GivenMotion& m) { m.mobility[7] = 1e-307; }) == kTooLight);
+  CHECK(refusal([](GivenMotion& m) { m.mobility[7] = 1e-7; }) == kTooLight);
   // a negative direction of moving is seen beside a much larger mobility of turning
   CHECK(refusal([](GivenMotion& m) {
           m.mobility[21] = m.mobility[28] = m.mobility[35] = 1e8;

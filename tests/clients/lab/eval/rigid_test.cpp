@@ -17,7 +17,7 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr uint64_t kShort = 250;
+constexpr uint64_t kShort = 200;
 constexpr WayLeftJudge::Springs kSprings{1000, 2};
 
 /// A session of the god-object on a plate in which `falsify` changes what the check is given for

@@ -225,7 +225,7 @@ TEST_CASE("admittance: a soft body rests where the scene holds what the hand pus
   SimulatedArm arm(config.device, down);
   Lockstep lockstep(config, baked.shapes(), arm);
   int touching = 0;
-  for (int k = 0; k < 4000; ++k) {
+  for (int k = 0; k < 3200; ++k) {
     lockstep.step();
     touching += (lockstep.frame().flags & kServoContact) != 0;
   }

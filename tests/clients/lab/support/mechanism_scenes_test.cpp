@@ -296,7 +296,7 @@ TEST_CASE("scenes with bodies: they have no more energy than the hand gives them
     judge.add(scene, given);
     last = scene;
   };
-  demo.play(static_cast<double>(test::sweep(40)), look);
+  demo.play(static_cast<double>(test::sweep(30)), look);
   CAPTURE(name, rate, judge.excess(), judge.largest_kinetic(), given, judge.start(),
           judge.last_mean());
   CHECK(judge.excess() <= 1e-12);

@@ -176,8 +176,8 @@ TEST_CASE("surface pieces: machine parts, a torus and a bumpy ball") {
   CHECK(n_pieces(make_bumpy_ball(0.02, 3, 0.05, 12)) > 100);
 }
 
-TEST_CASE("surface pieces: the bunny") {
-  const Soup soup = load_off("bunny00.off", 0.08);
+TEST_CASE("surface pieces: a scanned bone") {
+  const Soup soup = load_off("femur.off", 0.08);
   if (soup.triangles.empty()) return;
   const size_t n = n_pieces(soup);
   CHECK(n < soup.triangles.size() / 2);

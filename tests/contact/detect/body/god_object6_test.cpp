@@ -303,7 +303,7 @@ TEST_CASE(
   worlds.back().add(make_box({20e-3, 20e-3, 4e-3}), at(0, 0, -6e-3));
   worlds.back().add(make_bumpy_ball(5, 7e-3, 2), at(9e-3, 0, 2e-3));
   Random random(6);
-  const size_t steps = sweep(2500);  // per scene; 10⁶ with HAPTIC_TORTURE_SCALE = 400
+  const size_t steps = sweep(1600);  // per scene; 10⁶ with HAPTIC_TORTURE_SCALE = 625
   for (size_t w = 0; w < worlds.size(); ++w) {
     const World& world = worlds[w];
     GodObject6 god = world.make();
