@@ -20,7 +20,8 @@ inline constexpr std::array<std::string_view, 11> kGiverRefusals{
     "an object is lighter than 1 g, turns more easily than a ball of 1 mm, or has 1000 t or more",
     "an object moves by itself faster than 1000 rad/s, or is stiffer than 10 kN/mm; state less "
     "stiffness or more mass",
-    "an object is farther than reach ([sim]) from its place in the session file (are they metres?), "
+    "an object is farther than reach ([sim]) from its place in the session file (are they "
+    "metres?), "
     "or a place, speed or acceleration is beyond all hands",
     "its power is beyond max_power of its [[client]]",
     "a plane has no unit normal, a negative number, or an object or hand that there is not"};
