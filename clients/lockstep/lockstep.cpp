@@ -129,20 +129,14 @@ const ServoFrame* Lockstep::frame_behind(const OneHand& hand, uint64_t ticks) {
 const SceneFrame* Lockstep::seen_scene(OneHand& hand, ToolStiffnesses& stiffnesses) const {
   if (hands_.size() == 1) return hand.scene.get();
   copy_in_use(*hand.scene, hand.seen);
-  const auto each_other = [&](const auto& use) {
-    for (const OneHand& other : hands_) {
-      if (&other == &hand) continue;
-      use(other, frame_behind(other, other.options.frame_latency + hand.options.scene_latency));
-    }
-  };
-  each_other([&](const OneHand& other, const ServoFrame* frame) {
-    if (frame != nullptr) add_pushes_of_other(hand.seen, push_of(*frame, other.config.hand));
-  });
-  if (hand.config.n_tools == 0) return &hand.seen;
-  each_other([&](const OneHand&, const ServoFrame* frame) {
-    hand.seen.objects.push_back(frame != nullptr ? tool_of(*frame) : tool_at(kNowhere));
-    stiffnesses.push_back(frame != nullptr ? stiffness_of_tool(*frame, time_of(hand)) : 0);
-  });
+  const bool has_tools = hand.config.n_tools > 0;
+  for (const OneHand& other : hands_) {
+    if (&other == &hand) continue;
+    const ServoFrame* const frame =
+        frame_behind(other, other.options.frame_latency + hand.options.scene_latency);
+    see_other_hand(hand.seen, other.config.hand, frame, has_tools);
+    if (has_tools) stiffnesses.push_back(stiffness_of_tool(frame, time_of(hand)));
+  }
   return &hand.seen;
 }
 

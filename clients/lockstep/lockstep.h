@@ -25,8 +25,8 @@ struct LockstepOptions {
   bool without_counters = false;
 };
 
-/// What a hand of a lockstep session is made of; its config with_tools where others' are objects
-/// for it, and the shapes with theirs. Device and shapes must outlive the session.
+/// A hand of a lockstep session. Its config is with_tools, and its shapes hold theirs, where the
+/// tools of the others are objects for it. Device and shapes must outlive the session.
 struct LockstepHand {
   const SessionConfig& config;
   const ContactShapes& shapes;
@@ -41,7 +41,7 @@ class Lockstep {
  public:
   Lockstep(const SessionConfig& config, const ContactShapes& shapes, Device& device,
            const LockstepOptions& options = {});
-  /// Of several hands, by number.
+  /// Makes a session of several hands, by number.
   explicit Lockstep(std::span<const LockstepHand> hands);
 
   /// Sim makes no scenes from here on, as after SIGSTOP or kill -9. It goes on with what it knew,

@@ -78,7 +78,8 @@ struct Arm {
   /// last three turn the handle about its origin: their torques give the torque on the hand; what
   /// of the others does not hold against that is force. Zero where the arm is singular.
   Wrench wrench(const JointAngles& q, const MotorEfforts& motors) const;
-  /// The same by the torques of the joints [N·m]; of an arm of two motors the force in its plane.
+  /// Computes it from the torques of the joints [N·m]; an arm of two motors has the force in its
+  /// plane.
   Wrench wrench_of(HandleJacobian J, std::array<double, kMostMotors> torques) const;
 };
 

@@ -2,11 +2,11 @@
 #include "proto/config/hand_config.h"
 
 #include <algorithm>
-#include <charconv>
 
 #include "proto/config/devices.h"
 #include "proto/math/assert.h"
 #include "proto/os/message.h"
+#include "proto/os/text.h"
 #include "proto/wire/other_tools.h"
 #include "proto/wire/renderer.h"
 
@@ -43,11 +43,8 @@ std::optional<uint32_t> hand_named(const SessionConfig& config, std::string_view
   for (uint32_t hand = 0; hand < config.n_hands; ++hand) {
     if (name == name_of_hand(config, hand)) return hand;
   }
-  uint32_t number = 0;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
-  const bool is_number = error == std::errc() && end == name.data() + name.size();
-  if (is_number && number < config.n_hands) return number;
-  return {};
+  const auto number = number_from<uint32_t>(name);
+  return number && *number < config.n_hands ? number : std::nullopt;
 }
 
 std::string names_of_all_hands(const SessionConfig& config) {

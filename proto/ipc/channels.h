@@ -152,7 +152,7 @@ struct DrawChannels {
 inline constexpr std::array<const char*, kMostHands> kControlNames{"control", "control1",
                                                                    "control2", "control3"};
 
-/// What people want of a hand, as its servo has to have it. The scene is the first hand's.
+/// Ring of the desired state of a hand, which its servo follows; sim follows the first hand's.
 struct ControlChannels {
   static constexpr SegmentId kId = control_segment(kFirstHand);
   static constexpr const char* kName = kControlNames[kFirstHand];

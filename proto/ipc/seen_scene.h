@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -41,11 +40,7 @@ class SeenScene {
     if (others_.empty()) return &newest_;
     copy_in_use(newest_, seen_);
     for (const Other& other : others_) {
-      if (other.any) add_pushes_of_other(seen_, push_of(other.frame, other.hand));
-    }
-    for (size_t k = 0; has_tools_ && k < others_.size(); ++k) {
-      if (others_[k].any) tools_[k] = tool_of(others_[k].frame);
-      seen_.objects.push_back(tools_[k]);
+      see_other_hand(seen_, other.hand, other.newest(), has_tools_);
     }
     return &seen_;
   }
@@ -53,8 +48,8 @@ class SeenScene {
   /// nothing, and its tool gives way [N/m].
   ToolStiffnesses stiffnesses(int64_t t_ns) const noexcept {
     ToolStiffnesses out;
-    for (size_t k = 0; has_tools_ && k < others_.size(); ++k) {
-      out.push_back(others_[k].any ? stiffness_of_tool(others_[k].frame, t_ns) : 0);
+    for (const Other& other : others_) {
+      if (has_tools_) out.push_back(stiffness_of_tool(other.newest(), t_ns));
     }
     return out;
   }
@@ -69,12 +64,12 @@ class SeenScene {
     RingSource<&ServoChannels::frames> frames;
     ServoFrame frame{};
     bool any = false;
+
+    const ServoFrame* newest() const { return any ? &frame : nullptr; }
   };
   RingSource<&SimChannels::frames> scenes_;
   std::vector<Other> others_;
   bool has_tools_;
-  std::array<SceneObject, kMostHands>
-      tools_{};  // until a servo has said where its tool is: nowhere
   SceneFrame newest_{}, seen_{};
   bool any_ = false;
 };

@@ -32,11 +32,21 @@ inline SceneObject tool_of(const ServoFrame& frame) {
 
 /// Stiffness with which a tool holds against a push at t_ns; 0: its hand feels nothing, or its
 /// servo has said nothing for 100 ms [N/m].
-inline double stiffness_of_tool(const ServoFrame& frame, int64_t t_ns) {
-  constexpr uint32_t kGivesWay = kServoFault | kServoClutched | kServoPaused | kServoStopped |
-                                 kServoDisarmed | kServoTooFast | kServoNoDevice;
-  const bool holds = (frame.flags & kGivesWay) == 0 && t_ns - frame.t_ns <= kMostExtrapolationNs;
-  return holds ? frame.translational_stiffness : 0;
+inline double stiffness_of_tool(const ServoFrame* frame, int64_t t_ns) {
+  constexpr uint32_t kGivesWay = kServoClosed | kServoClutched | kServoStopped;
+  const bool holds = frame != nullptr && (frame->flags & kGivesWay) == 0 &&
+                     t_ns - frame->t_ns <= kMostExtrapolationNs;
+  return holds ? frame->translational_stiffness : 0;
+}
+
+/// Brings a scene to where another hand has it: its pushes, and, where tools are objects, its tool
+/// behind them. `frame` is the newest of that hand; null: it has said nothing yet.
+inline void see_other_hand(SceneFrame& seen, uint32_t hand, const ServoFrame* frame,
+                           bool has_tools) {
+  if (frame != nullptr) add_pushes_of_other(seen, push_of(*frame, hand));
+  // a ring may hold anything
+  if (!has_tools || seen.objects.full()) return;
+  seen.objects.push_back(frame != nullptr ? tool_of(*frame) : tool_at(kNowhere));
 }
 
 }  // namespace haptic

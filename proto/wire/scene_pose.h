@@ -175,8 +175,8 @@ inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t
 
 /// Moves the objects of a scene by what another hand has pushed them with and sim has not used yet:
 /// from then on they are where that hand has brought them, for who places them by its own pushes.
-/// What is unseen grows linearly with time, so that a pose and a twist at the scene's instant stand
-/// for it: X + M⁻¹ [S − S_seen − J_seen (t − t_seen)], V + M⁻¹ (J − J_seen).
+/// The unseen displacement grows linearly with time, so that a pose and a twist at the scene's
+/// instant stand for it: X + M⁻¹ [S − S_seen − J_seen (t − t_seen)], V + M⁻¹ (J − J_seen).
 inline void add_pushes_of_other(SceneFrame& scene, const HandPush& push) {
   for (uint32_t i = 0; i < scene.objects.size(); ++i) {
     const ObjectResponse* response = response_of(scene, i);

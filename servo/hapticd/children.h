@@ -60,7 +60,7 @@ class Children {
   void report(SessionStatus& status);
 
  private:
-  /// What hapticd keeps of a device with a node.
+  /// A device with a node, which hapticd guards.
   struct Guarded {
     explicit Guarded(const SessionConfig& config, Attachments& attachments)
         : guard(config, attachments) {}

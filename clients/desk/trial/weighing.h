@@ -51,7 +51,7 @@ class Weighing {
   void note(const DeviceState& device, const Wrench& F_B);
   bool is_over() const { return end_ != WeighEnd::kNone || (begun_ && leg_ == legs_.size()); }
   WeighEnd end() const { return end_; }
-  /// Those that are complete.
+  /// Returns the places that have been passed both ways.
   const std::vector<WeighedPlace>& places() const { return places_; }
   WeightFit fit() const { return fit_weight(places_, plan_.down_B, plan_.n_links); }
 

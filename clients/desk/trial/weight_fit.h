@@ -29,8 +29,9 @@ struct WeightFit {
   double friction = 0, most_friction = 0;     // mean and most [N]
 };
 
-/// What a kilogram does at the handle, and of each of `n_links` links at 100 mm along it, and 100
-/// mm beside it, along y and z, over one in its origin.
+/// Returns the forces that hold up one kilogram [N]: first at the handle, then for each of
+/// `n_links` links at 100 mm along it, and what 100 mm along y and along z add to one in its
+/// origin.
 std::vector<Vec3> holding_columns(const HoldingOf& holding, const Vec3& down_B, size_t n_links);
 
 /// Least squares over all places, at least one: force = columns · unknowns. Where the places do not
